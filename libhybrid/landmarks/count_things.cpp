@@ -58,14 +58,30 @@ double log_probability(const Looks& looks, int things, const DetectionModel& det
   return log_sum(terms) - std::log(kNodes);
 }
 
-/// How many looks from poses that the map holds had a point well in view.
-int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& map) {
-  int looks = 0;
-  if (views.empty()) return 0;
+/// Looks from poses that the map holds which had a point well in view, and what they were like in
+/// the mean, of whichever sensors.
+struct LooksAt {
+  int count = 0;
+  double detection_probability = 0, space_in_view = 0;
+};
+
+LooksAt looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& map,
+                 double detection_probability) {
+  LooksAt out;
+  if (views.empty()) return out;
+  const auto add = [&](const SensorCoverage& coverage) {
+    out.detection_probability += coverage.detection_probability(detection_probability);
+    out.space_in_view += coverage.space_in_view();
+  };
   views.visit_near(point, views.reach(), [&](std::size_t view) {
-    looks += map.holds(views[view].pose) && views.covers(view, point, map) ? 1 : 0;
+    if (!map.holds(views[view].pose) || !views.covers(view, point, map)) return;
+    ++out.count;
+    add(views[view].coverage);
   });
-  return looks;
+  if (out.count == 0) add(views.back().coverage);
+  out.detection_probability /= std::max(1, out.count);
+  out.space_in_view /= std::max(1, out.count);
+  return out;
 }
 
 }  // namespace
@@ -154,10 +170,10 @@ std::vector<double> ThingCounter::log_probabilities(const std::vector<int>& trac
   double space = 0;
   for (const int t : tracks) space = std::max(space, space_about(t));
   const Eigen::Vector3d place = point_at(map_.values, landmarks_.track(tracks.front()).position);
-  looks[0] = std::max(0, looks_at(place, views_, map_) - static_cast<int>(by_frame.size()));
-  const SensorCoverage& coverage = views_.back().coverage;
-  const double clutter = options_.clutter_in_view * space / coverage.space_in_view();
-  const DetectionModel detections(coverage.detection_probability(options_.detection_probability));
+  const LooksAt all = looks_at(place, views_, map_, options_.detection_probability);
+  looks[0] = std::max(0, all.count - static_cast<int>(by_frame.size()));
+  const double clutter = options_.clutter_in_view * space / all.space_in_view;
+  const DetectionModel detections(all.detection_probability);
   const int most = std::max(at_least, std::min(kMostThings, static_cast<int>(looks.size()) - 1));
   std::vector<double> out;
   for (int things = 1; things <= most; ++things) {

@@ -140,8 +140,11 @@ std::array<AlignmentSystem, kTenths> AlignmentCost::linearize(const AlignmentCha
       J << derivative(T_yaw, e, kNudge),
           derivative(T_later, innovation(s, *t, T_earlier, change.mirrored), 2 * kDelayNudge),
           derivative(T_drift, e, kNudge);
-      part.H += J.transpose() * weights.asDiagonal() * J;
-      part.g += J.transpose() * weights.asDiagonal() * e;
+      const Eigen::Matrix3d H = J.transpose() * weights.asDiagonal() * J;
+      const Eigen::Vector3d g = J.transpose() * weights.asDiagonal() * e;
+      part.H += H;
+      part.true_H += H - 2 * g * g.transpose();  // the weights fall
+      part.g += g;
     }
   }
   return out;

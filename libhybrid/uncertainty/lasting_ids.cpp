@@ -17,13 +17,14 @@ namespace {
 
 constexpr double kAbsence = 5;      // s, longer than trackers keep what they do not see
 constexpr std::size_t kLooks = 10;  // frames with a place in view, in which it would be seen
+constexpr std::size_t kFewestIds = 10;
 constexpr std::size_t kMostChecks = 2000000;  // of places against frames: a tenth of a second
 
 struct IdLife {
   double last = 0;  // s
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   std::size_t looks = 0;  // since then
-  bool returned = false, due = false;
+  bool again = false, returned = false, due = false;
 };
 
 /// Ranges and angles at which a sensor detects most of what it does.
@@ -161,6 +162,12 @@ std::vector<SharedId> shared_ids(const std::vector<MovedSightings>& frames) {
   return 4 * out.size() <= places.size() ? out : std::vector<SharedId>();
 }
 
+std::optional<double> IdReturns::share() const {
+  if (due >= kFewestIds) return static_cast<double>(returned) / static_cast<double>(due);
+  if (ids >= kFewestIds) return static_cast<double>(again) / static_cast<double>(ids);
+  return std::nullopt;
+}
+
 IdReturns count_id_returns(const std::vector<MovedSightings>& frames) {
   std::map<std::int64_t, IdLife> lives;
   const View view = view_of(frames);
@@ -171,6 +178,7 @@ IdReturns count_id_returns(const std::vector<MovedSightings>& frames) {
       if (!frame.ids[k]) continue;
       const auto [it, is_new] = lives.try_emplace(*frame.ids[k]);
       IdLife& life = it->second;
+      if (!is_new) life.again = true;
       if (!is_new && time - life.last > kAbsence) life.returned = true;
       life.last = time;
       life.place = sighted_place(frame, frame.sightings.seen[k].z);
@@ -189,6 +197,7 @@ IdReturns count_id_returns(const std::vector<MovedSightings>& frames) {
   IdReturns out;
   out.ids = lives.size();
   for (const auto& [id, life] : lives) {
+    if (life.again) ++out.again;
     if (life.due) ++out.due;
     if (life.returned) ++out.returned;
   }

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libhybrid/uncertainty/sensor_noise.h"
@@ -14,11 +15,16 @@ namespace HYBRID_API hybrid {
 /// comes back into view.
 struct IdReturns {
   std::size_t ids = 0;
+  std::size_t again = 0;     ///< those seen in more than one frame
   std::size_t due = 0;       ///< those whose place came into view again after 5 s, by odometry
   std::size_t returned = 0;  ///< of all, seen again after 5 s
 
-  /// Ten were due, and hardly any returned.
-  bool are_of_a_tracker() const { return due >= 10 && 20 * returned < due; }
+  /// Of ids that were due the share that returned; where fewer than ten were due, of all the share
+  /// that was seen in more than one frame. Nothing where there are fewer than ten.
+  std::optional<double> share() const;
+  /// Hardly any: the ids are those of a tracker, or of detections.
+  bool are_of_a_tracker() const { return share().value_or(1) < kLeastReturning; }
+  static constexpr double kLeastReturning = 0.05;
 };
 
 /// Counts them over the frames of one sensor, in the order of time. A place counts as in view where

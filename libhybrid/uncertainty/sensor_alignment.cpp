@@ -77,9 +77,7 @@ AlignmentChange search_delay(const AlignmentCost& cost, double scale, const Alig
 
 /// A step of yaw, delay and drift that brings the cost down by its normal equations, over the drift
 /// and those of yaw and delay that are free; nothing where they tell of none.
-std::optional<Eigen::Vector3d> step_of(const AlignmentSystem& all, bool yaw, bool delay) {
-  Eigen::Matrix3d H = all.H;
-  Eigen::Vector3d g = all.g;
+std::optional<Eigen::Vector3d> step_of(Eigen::Matrix3d H, Eigen::Vector3d g, bool yaw, bool delay) {
   const bool free[] = {yaw, delay, true};
   for (int i = 0; i < 3; ++i) {
     if (free[i]) continue;
@@ -96,11 +94,33 @@ std::optional<Eigen::Vector3d> step_of(const AlignmentSystem& all, bool yaw, boo
   return Eigen::Vector3d(-unit.cwiseProduct(scaled.inverse() * whitened));
 }
 
+/// Standard deviations are those with weights as they are, by which what is significant is told,
+/// and true ones: the weights follow what they weigh.
 struct Refined {
   AlignmentChange change;
   double yaw_sigma = std::numeric_limits<double>::infinity();
   double delay_sigma = std::numeric_limits<double>::infinity();
+  double true_yaw_sigma = yaw_sigma, true_delay_sigma = delay_sigma;
 };
+
+/// Standard deviations of yaw, delay and drift at the least of the cost, by the jackknife; infinite
+/// where a part of the log is needed to tell.
+Eigen::Vector3d jackknife_spread(const std::array<AlignmentSystem, kTenths>& parts,
+                                 const AlignmentSystem& all, Eigen::Matrix3d AlignmentSystem::*H,
+                                 bool yaw, bool delay) {
+  Eigen::Matrix<double, kTenths, 3> without;
+  for (std::size_t part = 0; part < kTenths; ++part) {
+    AlignmentSystem rest = all;
+    rest.add(parts[part], -1);
+    const auto y = step_of(rest.*H, rest.g, yaw, delay);
+    if (!y) return Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    without.row(static_cast<Eigen::Index>(part)) = y->transpose();
+  }
+  const Eigen::RowVector3d mean = without.colwise().mean();
+  return ((kTenths - 1) * (without.rowwise() - mean).array().square().colwise().mean())
+      .sqrt()
+      .transpose();
+}
 
 /// The least of the cost near a change, by its quadratic, with the jackknife.
 Refined refine(const AlignmentCost& cost, double scale, const AlignmentChange& start, bool yaw,
@@ -110,25 +130,24 @@ Refined refine(const AlignmentCost& cost, double scale, const AlignmentChange& s
     const std::array<AlignmentSystem, kTenths> parts = cost.linearize(out.change, scale);
     AlignmentSystem all;
     for (const AlignmentSystem& part : parts) all.add(part, 1);
-    const auto x = step_of(all, yaw, delay);
-    out.yaw_sigma = out.delay_sigma = std::numeric_limits<double>::infinity();
+    const auto x = step_of(all.H, all.g, yaw, delay);
+    out = Refined{out.change};
     if (!x) return out;
-    Eigen::Matrix<double, kTenths, 3> without;
-    for (std::size_t part = 0; part < kTenths; ++part) {
-      AlignmentSystem rest = all;
-      rest.add(parts[part], -1);
-      const auto y = step_of(rest, yaw, delay);
-      if (!y) return out;
-      without.row(static_cast<Eigen::Index>(part)) = y->transpose();
-    }
-    const Eigen::RowVector3d mean = without.colwise().mean();
-    const Eigen::RowVector3d spread =
-        ((kTenths - 1) * (without.rowwise() - mean).array().square().colwise().mean()).sqrt();
+    const Eigen::Vector3d spread = jackknife_spread(parts, all, &AlignmentSystem::H, yaw, delay);
+    Eigen::Vector3d true_spread =
+        jackknife_spread(parts, all, &AlignmentSystem::true_H, yaw, delay);
+    if (!true_spread.allFinite()) true_spread = spread;
     out.change.yaw = wrap_angle(out.change.yaw + std::clamp((*x)[0], -kYawStep, kYawStep));
     out.change.delay += std::clamp((*x)[1], -kDelayStep, kDelayStep);
     out.change.drift += (*x)[2];
-    if (yaw) out.yaw_sigma = spread[0];
-    if (delay) out.delay_sigma = spread[1];
+    if (yaw) {
+      out.yaw_sigma = spread[0];
+      out.true_yaw_sigma = true_spread[0];
+    }
+    if (delay) {
+      out.delay_sigma = spread[1];
+      out.true_delay_sigma = true_spread[1];
+    }
     if (std::abs((*x)[0]) < 1e-4 && std::abs((*x)[1]) < 1e-3) break;
   }
   return out;
@@ -190,14 +209,17 @@ Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& s
                      sigmas_better(cost, scale, both.change, without_delay) > kAlignmentSigmas;
   if (yaw && delay) return both;
   const bool mirrored = start.mirrored;
-  Refined out{{mirrored, 0, 0, both.change.drift}, both.yaw_sigma, both.delay_sigma};
+  Refined out = both;
+  out.change = {mirrored, 0, 0, both.change.drift};
   if (yaw) {
     out = refine(cost, scale, {mirrored, both.change.yaw, 0, 0}, true, false);
     out.delay_sigma = both.delay_sigma;
+    out.true_delay_sigma = both.true_delay_sigma;
     if (!beyond(out.change.yaw, out.yaw_sigma)) out.change.yaw = 0;
   } else if (delay) {
     out = refine(cost, scale, {mirrored, 0, both.change.delay, 0}, false, true);
     out.yaw_sigma = both.yaw_sigma;
+    out.true_yaw_sigma = both.true_yaw_sigma;
     if (!beyond(out.change.delay, out.delay_sigma)) out.change.delay = 0;
   }
   return out;
@@ -247,8 +269,8 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
   const Refined found = settle(cost, scale, start, interval);
   out.yaw = found.change.yaw;
   out.delay = found.change.delay;
-  out.yaw_sigma = found.yaw_sigma;
-  out.delay_sigma = found.delay_sigma;
+  out.yaw_sigma = found.true_yaw_sigma;
+  out.delay_sigma = found.true_delay_sigma;
   out.unknown = what_is_unknown(shift, turn, out);
   const AlignmentChange as_stated = with_its_drift(
       cost, scale, {false, 0, none_like(found.change.delay, interval), found.change.drift});

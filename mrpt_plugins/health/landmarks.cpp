@@ -8,6 +8,7 @@
 
 #include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/geometry/so2.h"
+#include "libhybrid/uncertainty/lasting_ids.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
 
 namespace hybrid {
@@ -22,6 +23,9 @@ constexpr UpperLimits kCopyLimits{0.1, 0.2};  // copies to each thing
 constexpr double kSeenDoubtful = 0.5, kSeenBad = 0.25;
 constexpr UpperLimits kLostLimits{0.1, 0.2};  // share of landmarks
 constexpr double kByChance = 1e-3;            // that so many looks miss a landmark that is there
+/// Walls hide things from elsewhere: a look counts from where a landmark was seen from, within so
+/// much of the range of view.
+constexpr double kSameStand = 0.25;
 
 /// The directions and ranges that most detections come from, seen from the robot.
 struct View {
@@ -46,8 +50,8 @@ View view_of(const std::vector<FactOfSighting>& sightings) {
   return {quantile(ranges, 0.9), middle, quantile(yaws, 0.05), quantile(yaws, 0.95)};
 }
 
-/// Keyframes that had a landmark in view before it was first seen, between its first and its last
-/// sighting, and after that; and those of the middle ones that saw it.
+/// Keyframes that had a landmark in view between its first and its last sighting, and those of them
+/// that saw it; and those before and after that looked from about where it was seen from.
 struct Looks {
   std::size_t before = 0, between = 0, after = 0, seen = 0;
   double share() const { return static_cast<double>(seen) / static_cast<double>(between); }
@@ -62,10 +66,18 @@ std::vector<Looks> looks_at(const RunFacts& facts, const View& view) {
     const auto found = facts.seen_from.find(landmark.id);
     if (found == facts.seen_from.end()) continue;
     const std::set<std::size_t>& seen = found->second;
+    const auto is_near = [&](std::size_t i) {
+      return std::any_of(seen.begin(), seen.end(), [&](std::size_t k) {
+        return k < count && (poses[k].translation() - poses[i].translation()).norm() <
+                                kSameStand * view.farthest;
+      });
+    };
     Looks looks;
     for (std::size_t i = 0; i < count; ++i) {
       if (!view.contains(poses[i], landmark.position)) continue;
-      ++(i < *seen.begin() ? looks.before : i > *seen.rbegin() ? looks.after : looks.between);
+      const bool between = i >= *seen.begin() && i <= *seen.rbegin();
+      if (!between && !is_near(i)) continue;
+      ++(between ? looks.between : i < *seen.begin() ? looks.before : looks.after);
       looks.seen += seen.count(i);
     }
     out.push_back(looks);
@@ -192,9 +204,53 @@ HealthEntry entry_on_lost(const std::vector<Looks>& looks, double usual) {
       "landmark");
 }
 
+/// What the keyframes saw, with the numbers of landmarks as ids, along the estimated path.
+std::vector<MovedSightings> frames_of(const RunFacts& facts) {
+  std::map<std::size_t, MovedSightings> frames;
+  for (const FactOfSighting& s : facts.sightings) {
+    MovedSightings& frame = frames[s.pose];
+    frame.sightings.seen.push_back({Eigen::Vector2d(s.range, s.yaw), Eigen::Matrix2d::Zero()});
+    frame.ids.emplace_back(s.landmark);
+  }
+  std::vector<MovedSightings> out;
+  for (auto& [pose, frame] : frames) {
+    if (pose >= facts.run.result.trajectory.size()) continue;
+    frame.sightings.time = facts.run.result.trajectory[pose].time;
+    const Eigen::Isometry3d T = facts.pose(pose);
+    frame.T_odometry_robot = SE3(T.translation(), Eigen::Quaterniond(T.rotation()));
+    out.push_back(std::move(frame));
+  }
+  return out;
+}
+
+/// Ids that never return tell nothing but what odometry does, and no other check sees anything.
+void check_ids(const RunFacts& facts, Health& health) {
+  const IdReturns returns = count_id_returns(frames_of(facts));
+  const std::optional<double> share = returns.share();
+  if (!share) return;
+  HealthEntry entry;
+  entry.name = "ids seen again";
+  entry.value = *share;
+  entry.least = IdReturns::kLeastReturning;
+  entry.most = 1;
+  if (returns.are_of_a_tracker()) entry.verdict = HealthVerdict::kBad;
+  entry.sentence = fmt::format(
+      "Of {} ids, {} were seen at more than one keyframe; places of {} came into view again, and "
+      "{} "
+      "were seen again.",
+      returns.ids, returns.again, returns.due, returns.returned);
+  if (entry.verdict == HealthVerdict::kBad) {
+    entry.knob =
+        "what the ids are: numbers of rows or of a tracker name no things ([sensor] ids = none "
+        "hides them)";
+  }
+  health.push_back(std::move(entry));
+}
+
 }  // namespace
 
 void check_landmarks(const RunFacts& facts, Health& health) {
+  if (!facts.run.associates) check_ids(facts, health);
   const auto& landmarks = facts.run.result.landmarks;
   if (landmarks.size() < kFewestLandmarks || facts.sightings.empty()) return;
   const std::vector<Looks> looks = looks_at(facts, view_of(facts.sightings));

@@ -19,7 +19,7 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
 double departure(const HealthEntry& entry);
 
 /// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
-/// where none of the other's is bad, fewer are doubtful.
+/// where none of the other's is bad, fewer are doubtful. One that fewer checks ask of is not.
 bool is_better(const Health& a, const Health& b);
 
 }  // namespace hybrid

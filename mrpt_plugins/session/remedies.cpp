@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 
+#include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/session/judgement.h"
 
@@ -42,8 +43,9 @@ std::string text_of(const IniFile::Settings& configuration, const std::string& n
 
 /// The number that section.key of a configuration is; 1 where it has none.
 double setting(const IniFile::Settings& configuration, const std::string& name) {
-  const std::string text = text_of(configuration, name);
-  return text.empty() ? 1 : std::stod(text);
+  double value = 1;
+  parse_number(text_of(configuration, name), value);
+  return value;
 }
 
 /// Whether odometry is less sure than stated, which an error of its scale and a drift make.

@@ -235,6 +235,7 @@ void LogSurvey::check_ids(LogFindings& out) const {
   for (const auto& [label, sensor] : sensors_) {
     const IdReturns returns = count_id_returns(sensor.frames);
     all.ids += returns.ids;
+    all.again += returns.again;
     all.due += returns.due;
     all.returned += returns.returned;
   }
@@ -253,9 +254,9 @@ void LogSurvey::check_ids(LogFindings& out) const {
   out.correction.hides_ids = true;
   out.remarks.push_back(fmt::format(
       "ids do not return: of {} ids, {} whose places came into view again were not seen "
-      "again, so they are those of a tracker and hidden, as [sensor] ids = none does "
-      "([sensor] noise = stated keeps them)",
-      all.ids, all.due - all.returned));
+      "again, and {} were seen once, so they are those of a tracker or of detections and hidden, "
+      "as [sensor] ids = none does ([sensor] noise = stated keeps them)",
+      all.ids, all.due - all.returned, all.ids - all.again));
 }
 
 LogFindings LogSurvey::conclude() const {

@@ -38,12 +38,14 @@ struct FramePair {
   std::size_t first = 0, second = 0;
 };
 
-/// Half the Hessian of a cost and half its gradient, over yaw, delay and drift.
+/// Half the Hessian of a cost and half its gradient, over yaw, delay and drift: that with weights
+/// as they are, which is never negative, and the true one, by which the least moves.
 struct AlignmentSystem {
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero(), true_H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   void add(const AlignmentSystem& other, double factor) {
     H += factor * other.H;
+    true_H += factor * other.true_H;
     g += factor * other.g;
   }
 };

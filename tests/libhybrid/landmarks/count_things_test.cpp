@@ -64,8 +64,18 @@ struct Groups {
   }
 };
 
+/// A sensor beside that sees next to nothing.
+DetectionFrame look_of_another() {
+  DetectionFrame out;
+  out.sensor_label = "short";
+  out.is_3d = false;
+  out.max_range = 0.1;
+  out.fov_yaw = 0.5;
+  return out;
+}
+
 /// The things that landmarks near each place stand for.
-std::vector<int> mapped_things(Groups& world, double extent) {
+std::vector<int> mapped_things(Groups& world, double extent, bool with_another = false) {
   AssociationOptions options;
   options.extent = {extent};
   options.method = AssociationOptions::Method::kJcbb;
@@ -76,8 +86,9 @@ std::vector<int> mapped_things(Groups& world, double extent) {
                               : world.truth(i - 1).between(world.truth(i)) *
                                     SE2(world.noisy(0.01), world.noisy(0.01), world.noisy(0.003));
     const double sigma = i == 0 ? 1e-3 : 0.01;
-    mapper.add(motion, Noise::diagonal(Eigen::Vector3d(sigma, sigma, 0.3 * sigma)),
-               {world.look(i)});
+    std::vector<DetectionFrame> looks = {world.look(i)};
+    if (with_another) looks.push_back(look_of_another());
+    mapper.add(motion, Noise::diagonal(Eigen::Vector3d(sigma, sigma, 0.3 * sigma)), looks);
   }
   mapper.finish();
   std::vector<int> things(world.places.size());
@@ -103,6 +114,12 @@ TEST(CountThings, OfGroupsThatCannotBeToldApart) {
     }
   }
   EXPECT_GE(right, 0.9 * all) << "of " << all;
+}
+
+// It is the looks at a landmark that count, whichever sensor has looked last.
+TEST(CountThings, ASensorThatSeesNothingOfItChangesNothing) {
+  Groups alone(1), beside(1);
+  EXPECT_EQ(mapped_things(beside, 0.2, true), mapped_things(alone, 0.2));
 }
 
 TEST(CountThings, ThingsApartAreSingleOnes) {

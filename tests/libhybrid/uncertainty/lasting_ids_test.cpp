@@ -29,6 +29,21 @@ TEST(LastingIds, ThoseOfThingsReturnThoseOfATrackerDoNot) {
   EXPECT_EQ(tracker.returned, 0U);
 }
 
+// Numbers of rows: whatever the way is, they tell nothing.
+TEST(LastingIds, AnIdForEachDetectionIsThatOfNoThing) {
+  DrivenWorld world;
+  world.turning = 0;
+  DrivenLog log = drive(world);
+  EXPECT_FALSE(count_id_returns(log.frames).are_of_a_tracker());  // no ids
+  std::int64_t next = 0;
+  for (MovedSightings& frame : log.frames) {
+    for (auto& id : frame.ids) id = next++;
+  }
+  const IdReturns returns = count_id_returns(log.frames);
+  EXPECT_EQ(returns.again, 0U);
+  EXPECT_TRUE(returns.are_of_a_tracker()) << returns.due << " due";
+}
+
 // Where no place comes into view again, ids that do not return are no sign.
 TEST(LastingIds, AWayThatNeverComesBackTellsNothing) {
   DrivenWorld world = with_ids(false);

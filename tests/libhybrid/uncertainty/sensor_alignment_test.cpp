@@ -107,6 +107,20 @@ SensorAlignment align_on_circle(unsigned seed, double yaw) {
   return estimate_sensor_alignment(odometry, sightings);
 }
 
+TEST(SensorAlignment, YawIsAsSureAsItSays) {
+  constexpr int kSeeds = 12;
+  double squares = 0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    DrivenWorld world;
+    world.yaw = 0.1;
+    world.seed = seed;
+    const SensorAlignment found = align(world);
+    ASSERT_TRUE(found.is_significant) << seed;
+    squares += std::pow((found.yaw - world.yaw) / found.yaw_sigma, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / kSeeds), 1.5);
+}
+
 TEST(SensorAlignment, ASlowTurnOfTheOdometryIsNoYaw) {
   int found = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {

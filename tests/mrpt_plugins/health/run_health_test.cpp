@@ -35,6 +35,7 @@ struct Stated {
   double turned = 0;           ///< yaw of the sensor on the robot, and back in its bearings [rad]
   double aside = 0;            ///< yaw that the sensor looks to [rad]
   bool calibrated = false;     ///< odometry is too short, and calibrated
+  bool own_ids = false;        ///< each detection is of a landmark of its own
 };
 
 Key pose_key(int i) {
@@ -128,11 +129,13 @@ class Walk {
     const Noise noise = Noise::diagonal(Eigen::Vector2d(kRangeSigma * stated_.range, kYawSigma));
     const SE2 T = estimate_.values.at<SE2>(pose_key(i));
     for (int k = 0; k < kThings; ++k) {
-      const int id = stated_.copies && k % 2 == 0 && i % 2 == 0 ? 100 + k : k;
-      const Eigen::Vector2d p = T.inverse() * estimate_.values.at<Eigen::Vector2d>(point_key(id));
+      int id = stated_.copies && k % 2 == 0 && i % 2 == 0 ? 100 + k : k;
+      const Eigen::Vector2d at = estimate_.values.at<Eigen::Vector2d>(point_key(id));
+      const Eigen::Vector2d p = T.inverse() * at;
       const double yaw = std::atan2(p.y(), p.x());
       if (p.norm() > 10 || std::abs(wrap_angle(yaw - stated_.aside)) > 1) continue;
       if (random_.below(stated_.seen) != 0) continue;
+      if (stated_.own_ids) add_landmark(id = 1000 + kThings * i + k, at);
       graph_.emplace<BearingRange<SE2>>(
           pose_key(i), point_key(id),
           Eigen::Vector2d(p.norm() + random_.normal(kRangeSigma),
@@ -219,10 +222,63 @@ TEST(RunHealth, CopiesAreLandmarksBesideOthersThatAreNeverSeenWithThem) {
   EXPECT_EQ(find(Walk(s).health(false), "copies of landmarks"), nullptr);  // ids tell them apart
 }
 
+// Nothing is seen twice, so that all agrees with everything.
+TEST(RunHealth, IdsThatNeverReturnAreBad) {
+  const char* name = "ids seen again";
+  EXPECT_EQ(verdict_of(Walk({}).health(false), name), HealthVerdict::kGood);
+  Stated s;
+  s.own_ids = true;
+  EXPECT_EQ(verdict_of(Walk(s).health(false), name), HealthVerdict::kBad);
+  EXPECT_EQ(find(Walk({}).health(), name), nullptr);  // the mapping decided
+}
+
 TEST(RunHealth, LandmarksThatAreHardlySeenWhenInView) {
   Stated s;
   s.seen = 8;
   EXPECT_EQ(verdict_of(Walk(s).health(), "landmarks seen when in view"), HealthVerdict::kBad);
+}
+
+/// What a check says of two drives along things: the second is `aside` of the first, and sees all
+/// as landmarks of its own.
+HealthVerdict verdict_of_two_drives(double aside, const std::string& name) {
+  HybridGraph graph;
+  Estimate estimate;
+  MapResult result;
+  graph.emplace<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-3));
+  for (int i = 0; i < 100; ++i) {
+    const SE2 pose(0.4 * (i % 50), i < 50 ? 0 : aside, 0);
+    estimate.values.insert(pose_key(i), pose);
+    result.trajectory.push_back({0.5 * i, to_mrpt(pose)});
+    if (i == 0) continue;
+    const SE2 before = estimate.values.at<SE2>(pose_key(i - 1));
+    graph.emplace<Between<SE2>>(pose_key(i - 1), pose_key(i), before.between(pose),
+                                Noise::isotropic(3, 0.01));
+  }
+  for (int k = 0; k < 60; ++k) {
+    const Eigen::Vector2d at(0.8 * (k % 30) - 2, k < 30 ? 1 : aside - 1);
+    bool is_seen = false;
+    for (int i = k < 30 ? 0 : 50; i < (k < 30 ? 50 : 100); ++i) {
+      const Eigen::Vector2d p = estimate.values.at<SE2>(pose_key(i)).inverse() * at;
+      const double yaw = std::atan2(p.y(), p.x());
+      if (p.norm() > 6 || std::abs(yaw) > 1) continue;
+      graph.emplace<BearingRange<SE2>>(pose_key(i), point_key(k), Eigen::Vector2d(p.norm(), yaw),
+                                       Noise::isotropic(2, 0.01), SE2());
+      is_seen = true;
+    }
+    if (!is_seen) continue;
+    estimate.values.insert(point_key(k), at);
+    result.landmarks.emplace_back();
+    result.landmarks.back().id = k;
+    result.landmarks.back().position = {at.x(), at.y(), 0};
+  }
+  const std::map<std::string, std::size_t> none;
+  return verdict_of(run_health({graph, estimate, result, none, true}), name);
+}
+
+TEST(RunHealth, LandmarksAreLostWhereWhoStandsWhereTheyWereSeenDoesNotSeeThem) {
+  const char* name = "landmarks seen at one time only";
+  EXPECT_EQ(verdict_of_two_drives(0.3, name), HealthVerdict::kBad);
+  EXPECT_EQ(verdict_of_two_drives(3, name), HealthVerdict::kGood);  // a wall is between
 }
 
 TEST(RunHealth, ASensorThatIsTurnedOrLooksBackSeesWhatItHasInView) {

@@ -30,6 +30,12 @@ TEST(IsBetter, IsNotWhereOneCheckIsMuchWorse) {
   EXPECT_FALSE(is_better({entry("a", 1), entry("b", 5)}, {entry("a", 3), entry("b", 3)}));
 }
 
+TEST(IsBetter, IsNotWhereLessIsAsked) {
+  EXPECT_FALSE(is_better({}, {entry("a", 8)}));
+  EXPECT_FALSE(is_better({entry("b", 1)}, {entry("a", 8), entry("b", 1)}));
+  EXPECT_TRUE(is_better({entry("b", 1), entry("c", 1)}, {entry("a", 8), entry("b", 1)}));
+}
+
 TEST(Conditions, WantWhatIsBetterAndNotStopped) {
   const Health other{entry("a", 8)}, good{entry("a", 1)};
   EXPECT_TRUE(Conditions{}.want(other, 2));  // the first map is written, stopped or not

@@ -47,6 +47,14 @@ TEST(Remedies, AreOfBadChecksThatHaveAScale) {
   EXPECT_FALSE(remedies.calibrates);
 }
 
+TEST(Remedies, WhatIsNoNumberInTheConfigurationCountsAsOne) {
+  for (const char* text : {"", "none", "1e999"}) {
+    Remedies remedies;
+    EXPECT_TRUE(remedies.add({check("a", 5, "sensor.x")}, {{"sensor", {{"x", text}}}}));
+    EXPECT_EQ(remedies.factors.at("sensor.x"), 5) << text;
+  }
+}
+
 TEST(Coarser, IsAskedOfLandmarksThatAreLostBeforeThoseThatAreCopied) {
   EXPECT_EQ(too_fine({check(kFoundAgain, 3), check("a", 9)}), nullptr);
   EXPECT_STREQ(too_fine({check(kCopies, 9), check(kFoundAgain, 9)}), kFoundAgain);
