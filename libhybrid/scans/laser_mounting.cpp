@@ -31,7 +31,7 @@ constexpr int kSteps = 5;
 constexpr double kMatched = 0.3;
 /// Motions that are compared with odometry [m], [rad]; how much turning that needs [rad], and the
 /// share of it that is the other way round if the rays are.
-constexpr double kDistance = 0.3, kTurn = 0.2;
+constexpr double kComparedDistance = 0.3, kComparedTurn = 0.2;
 constexpr double kFewestTurns = 3, kOtherWay = 0.8;
 /// Odometry of which matches differ by more of its turns is not that of this robot.
 constexpr double kMostApart = 0.5;
@@ -207,7 +207,8 @@ std::vector<ComparedMotion> compared(const Scans& scans, const std::vector<Follo
     }
     odometry = odometry * *scans[i].motion;
     const SE2 match = path[from].pose.between(path[i].pose);
-    if (match.translation().norm() < kDistance && std::abs(match.angle()) < kTurn) continue;
+    if (match.translation().norm() < kComparedDistance && std::abs(match.angle()) < kComparedTurn)
+      continue;
     out.push_back({match, odometry});
     from = i;
     odometry = SE2();
@@ -242,7 +243,7 @@ using Frame = Eigen::Vector4d;
 /// = [a b; -b a] t_odometry + (R - 1) place. Robust (Cauchy), without a tenth of the motions.
 Frame fit(const std::vector<ComparedMotion>& motions, int without) {
   Frame frame(1, 0, 0, 0);
-  double scale = kDistance;
+  double scale = kComparedDistance;
   for (int round = 0; round < 10; ++round) {
     Eigen::Matrix4d H = Eigen::Matrix4d::Identity();  // nothing is farther off than a metre
     Eigen::Vector4d g(1, 0, 0, 0);
