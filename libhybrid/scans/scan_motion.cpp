@@ -24,6 +24,12 @@ constexpr double kLeastRotation = 0.003;
 /// Number of keyframes that tell the scale, and of errors of scale 1 that are assumed before.
 constexpr std::size_t kMemory = 60;
 constexpr std::size_t kPrior = 10;
+/// Standard deviations of scale and drift [rad/m] before anything was compared: of wheels that are
+/// worn or measured badly.
+constexpr double kScaleSigma = 0.1;
+constexpr double kDriftSigma = 0.02;
+/// A comparison that is off by more standard deviations tells nothing of scale and drift.
+constexpr double kSurprise = 4.0;
 /// Scales are within these.
 constexpr double kLeastScale = 0.2;
 constexpr double kMostScale = 50.0;
@@ -64,17 +70,41 @@ Eigen::Matrix3d OdometryNoise::covariance(double distance, double turn) const {
   return Eigen::Vector3d(t * t, t * t, r * r).asDiagonal();
 }
 
-void OdometryNoise::compare(const SE2& odometry, double distance, double turn,
+OdometryCalibration2 OdometryNoise::calibration() const {
+  const double known = 1.0 / (kScaleSigma * kScaleSigma);
+  const double length = (length_.g[0] + known) / (length_.H(0, 0) + known);
+  const Eigen::Vector2d prior(known, 1.0 / (kDriftSigma * kDriftSigma));
+  const Eigen::Matrix2d H = angle_.H + Eigen::Matrix2d(prior.asDiagonal());
+  const Eigen::Vector2d angle = H.inverse() * (angle_.g + Eigen::Vector2d(known, 0.0));
+  return {length, angle[0], angle[1]};
+}
+
+void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double distance, double turn,
                             const UncertainMotion& match) {
-  const Eigen::Vector3d error = odometry.between(match.motion).log();
+  const Eigen::Vector3d error = corrected.between(match.motion).log();
   const double t = translation_sigma(distance, turn);
   const double r = rotation_sigma(distance, turn);
-  const double match_t = std::sqrt(match.covariance.topLeftCorner<2, 2>().trace());
+  const Eigen::Matrix2d C = match.covariance.topLeftCorner<2, 2>();
+  const double match_t = std::sqrt(C.trace());
   const double match_r = std::sqrt(match.covariance(2, 2));
   if (match_t < t * translation_.scale + kLeastTranslation) {
+    const double sigma = std::hypot(match_t, t * translation_.scale);
     translation_.add(error.head<2>().norm() / t, 2.0);
+    if (error.head<2>().norm() < kSurprise * sigma) {
+      const Eigen::Vector2d d = stated.translation();
+      length_.H(0, 0) += d.squaredNorm() / (sigma * sigma);
+      length_.g[0] += d.dot(match.motion.translation()) / (sigma * sigma);
+    }
   }
-  if (match_r < r * rotation_.scale + kLeastRotation) rotation_.add(std::abs(error.z()) / r, 1.0);
+  if (match_r < r * rotation_.scale + kLeastRotation) {
+    const double sigma = std::hypot(match_r, r * rotation_.scale);
+    rotation_.add(std::abs(error.z()) / r, 1.0);
+    if (std::abs(error.z()) < kSurprise * sigma) {
+      const Eigen::Vector2d of(stated.angle(), distance);
+      angle_.H += of * of.transpose() / (sigma * sigma);
+      angle_.g += of * (match.motion.angle() / (sigma * sigma));
+    }
+  }
 }
 
 }  // namespace hybrid

@@ -8,6 +8,7 @@
 #include <deque>
 
 #include "libhybrid/core/key.h"
+#include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
 
@@ -24,16 +25,23 @@ struct UncertainMotion {
 /// Where pose b of a map is, seen from pose a.
 UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother);
 
-/// The noise of odometry, measured by comparison with matches of scans: standard deviations that
-/// grow with distance and turn, times robust scales of the last keyframes.
+/// The errors of odometry, measured by comparison with matches of scans. Those that all motions
+/// share, scale and drift, are taken out. What is left is noise: standard deviations that grow with
+/// distance and turn, times robust scales of the last keyframes.
 class OdometryNoise {
  public:
-  /// Covariance of a motion of that length [m] along its path and that turn [rad].
+  /// A motion by odometry without the errors that all share.
+  SE2 corrected(const SE2& odometry) const { return calibrated(odometry, calibration()); }
+  /// Covariance of a corrected motion of that length [m] along its path and that turn [rad].
   Eigen::Matrix3d covariance(double distance, double turn) const;
 
-  /// Takes in a motion by odometry and the same by a match. A part that the match does not tell
-  /// better than odometry is not used.
-  void compare(const SE2& odometry, double distance, double turn, const UncertainMotion& match);
+  /// Takes in a motion as odometry states it, the same as it was corrected step by step, and the
+  /// same by a match. A part that the match does not tell better than odometry is not used.
+  void compare(const SE2& stated, const SE2& corrected, double distance, double turn,
+               const UncertainMotion& match);
+
+  /// The most probable one by all comparisons, from what wheels on a floor may have.
+  OdometryCalibration2 calibration() const;
 
   double translation_scale() const { return translation_.scale; }
   double rotation_scale() const { return rotation_.scale; }
@@ -45,7 +53,16 @@ class OdometryNoise {
     void add(double error, double degrees_of_freedom);
   };
 
+  /// Information about a part of the calibration, and that times the part.
+  template <int kSize>
+  struct Learnt {
+    Eigen::Matrix<double, kSize, kSize> H = Eigen::Matrix<double, kSize, kSize>::Zero();
+    Eigen::Matrix<double, kSize, 1> g = Eigen::Matrix<double, kSize, 1>::Zero();
+  };
+
   Scale translation_, rotation_;
+  Learnt<1> length_;  // scale of translation
+  Learnt<2> angle_;   // scale of rotation, drift
 };
 
 }  // namespace hybrid

@@ -207,6 +207,19 @@ std::vector<SurfacePoint> scan_points(const LaserScan& scan, const ScanPointOpti
   return points;
 }
 
+std::size_t ScanView::sector(const Eigen::Vector2d& position) {
+  const double turn = std::atan2(position.y(), position.x()) / (2.0 * M_PI) + 0.5;
+  return std::min(static_cast<std::size_t>(turn * double(kSectors)), kSectors - 1);
+}
+
+ScanView::ScanView(const std::vector<SurfacePoint>& points) {
+  for (const SurfacePoint& point : points) seen_.set(sector(point.position));
+}
+
+bool ScanView::contains(const Eigen::Vector2d& position) const {
+  return position.allFinite() && seen_.test(sector(position));
+}
+
 std::vector<SurfacePoint> transformed(const SE2& T, const std::vector<SurfacePoint>& points) {
   std::vector<SurfacePoint> result = points;
   for (SurfacePoint& point : result) {

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <bitset>
+#include <cstddef>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
@@ -33,6 +35,20 @@ struct ScanPointOptions {
 /// plane, in the order of the rays and thinned. Rays that are not finite, zero, or at the maximum
 /// range are left out.
 std::vector<SurfacePoint> scan_points(const LaserScan& scan, const ScanPointOptions& options = {});
+
+/// The directions from the robot in which a scan has returns, however far.
+class ScanView {
+ public:
+  ScanView() = default;
+  explicit ScanView(const std::vector<SurfacePoint>& points);
+  /// Whether a place in the frame of the robot is in such a direction.
+  bool contains(const Eigen::Vector2d& position) const;
+
+ private:
+  static constexpr std::size_t kSectors = 24;
+  static std::size_t sector(const Eigen::Vector2d& position);
+  std::bitset<kSectors> seen_;
+};
 
 /// The points seen from another frame.
 std::vector<SurfacePoint> transformed(const SE2& T, const std::vector<SurfacePoint>& points);

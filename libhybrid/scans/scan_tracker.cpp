@@ -41,6 +41,8 @@ constexpr double kLostTranslation = 0.3;
 constexpr double kLostRotation = 0.15;
 /// A scan of fewer points tells nothing.
 constexpr std::size_t kFewPoints = 10;
+/// So many points of a scan, evenly chosen, tell whether a local map has its view.
+constexpr std::size_t kPointsOfView = 20;
 /// Odometry that differs from a match by more standard deviations than this is a blunder.
 constexpr double kBlunder = 4.0;
 /// A motion between scans is none if it leads farther than a local map reaches [m].
@@ -86,6 +88,28 @@ Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
   covariance.diagonal() +=
       Eigen::Vector3d(kPredictedTranslation, kPredictedTranslation, kPredictedRotation).cwiseAbs2();
   return covariance;
+}
+
+/// The share of the points to which scans of the local map have looked, if these are there at that
+/// pose; not counted on once it is enough to be lost. Where a laser looks for the first time, there
+/// is nothing that it could agree with.
+double ScanTracker::share_in_view(const std::vector<SurfacePoint>& points, const SE2& pose) const {
+  const LocalMap& map = maps_.back();
+  const std::size_t used = std::min(points.size(), kPointsOfView);
+  if (used == 0) return 1.0;
+  std::vector<Eigen::Vector2d> unseen;
+  for (std::size_t i = 0; i < used; ++i) {
+    unseen.push_back(pose * points[i * points.size() / used].position);
+  }
+  const auto share = [&] { return 1.0 - double(unseen.size()) / double(used); };
+  for (std::size_t k = map.count; k-- > 0 && share() < kDoubtful;) {
+    const ScanView& view = keyframes_[map.anchor + k].view;
+    const SE2 back = map.poses[k].inverse();
+    unseen.erase(std::remove_if(unseen.begin(), unseen.end(),
+                                [&](const Eigen::Vector2d& p) { return view.contains(back * p); }),
+                 unseen.end());
+  }
+  return share();
 }
 
 /// The best pose in a window becomes `best` where it has better odds.
@@ -172,7 +196,7 @@ void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE
     const SE2 step = maps_.back().poses.back().between(pose);
     travelled = keyframes_.back().travelled + step.translation().norm();
   }
-  keyframes_.push_back({points, travelled, covariance});
+  keyframes_.push_back({points, ScanView(points), travelled, covariance});
   if (is_lost_) {
     maps_.push_back({});
     maps_.back().anchor = keyframes_.size() - 1;
@@ -233,7 +257,7 @@ void ScanTracker::measure(const ScanAlignment& found, const SE2& pose, bool good
         map.anchor + from, {map.poses[from].between(pose), covariance}, found.inliers};
     result.match = match;
     if (has_odometry_) {
-      noise_.compare(since_keyframe_, way_, turn_, {result.T_keyframe_scan, covariance});
+      noise_.compare(stated_, since_keyframe_, way_, turn_, {result.T_keyframe_scan, covariance});
     }
   }
   result.odometry = odometry_motion(result);
@@ -249,28 +273,43 @@ void ScanTracker::compare_predictions(const SE2& odometry, const SE2& motion) {
   add(last_motion_, steady_error_);
 }
 
+/// Adds the motion since the last scan to that since the last keyframe; returns it as odometry
+/// tells it, corrected.
+std::optional<SE2> ScanTracker::advance(const std::optional<SE2>& stated) {
+  std::optional<SE2> odometry = plausible(stated);
+  stated_ = stated_ * odometry.value_or(last_motion_);
+  if (odometry) odometry = noise_.corrected(*odometry);
+  const SE2 motion = odometry.value_or(last_motion_);
+  since_keyframe_ = since_keyframe_ * motion;
+  stated_.normalize();  // products of many rotations drift from unit norm
+  since_keyframe_.normalize();
+  way_ += motion.translation().norm();
+  turn_ += std::abs(motion.angle());
+  has_odometry_ = has_odometry_ && odometry.has_value();
+  return odometry;
+}
+
 TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
                                const std::optional<SE2>& stated, KeyframeRule rule) {
   TrackedScan result;
-  const std::optional<SE2> odometry = plausible(stated);
   if (keyframes_.empty()) {
     add_keyframe(points, SE2(), Eigen::Matrix3d::Zero());
     result.is_keyframe = true;
     return result;
   }
-  const SE2 motion = odometry.value_or(last_motion_);
-  since_keyframe_ = since_keyframe_ * motion;
-  since_keyframe_.normalize();  // products of many rotations drift from unit norm
-  way_ += motion.translation().norm();
-  turn_ += std::abs(motion.angle());
-  has_odometry_ = has_odometry_ && odometry.has_value();
+  const std::optional<SE2> odometry = advance(stated);
   const bool trusts = odometry && odometry_error_ <= kMuchWorse * steady_error_;
   const SE2 expected = trusts ? *odometry : last_motion_;
   const SE2 predicted = pose_ * expected;
-  const ScanAlignment found = aligned(points, {predicted, prior(expected, trusts)});
-  const bool good = found.inliers >= options_.min_inliers;
-  const bool lost = !good && points.size() >= kFewPoints && !maps_.back().is_blind;
-  SE2 pose = good ? found.pose : predicted;
+  const double in_view = share_in_view(points, predicted);
+  const bool is_known = in_view >= options_.min_inliers;
+  const ScanAlignment found =
+      is_known ? aligned(points, {predicted, prior(expected, trusts)}) : ScanAlignment();
+  const bool good = is_known && found.inliers >= options_.min_inliers;
+  const bool lost =
+      in_view >= kDoubtful && !good && points.size() >= kFewPoints && !maps_.back().is_blind;
+  // What no scan tells is up to odometry.
+  SE2 pose = good ? found.pose : pose_ * odometry.value_or(last_motion_);
   pose.normalize();
   if (lost) ++lost_;
   is_lost_ = is_lost_ || lost;
@@ -289,12 +328,17 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   result.keyframe = keyframes_.size() - 1;
   result.is_keyframe = true;
   result.T_keyframe_scan = SE2();
-  since_keyframe_ = SE2();
+  begin_keyframe();
+  return result;
+}
+
+/// What is kept since the last keyframe begins anew.
+void ScanTracker::begin_keyframe() {
+  stated_ = since_keyframe_ = SE2();
   way_ = turn_ = 0.0;
   has_odometry_ = true;
   was_lost_ = is_lost_;
   is_lost_ = false;
-  return result;
 }
 
 }  // namespace hybrid

@@ -28,6 +28,7 @@ struct ScanTrackerOptions {
 /// The points of a keyframe and how far the robot had come.
 struct ScanKeyframe {
   std::vector<SurfacePoint> points;  ///< in the frame of the robot
+  ScanView view;                     ///< of these
   double travelled = 0.0;            ///< way to it from the first [m]
   /// Of its pose in the map that it was matched with, in its tangent.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -57,7 +58,8 @@ struct TrackedScan {
   double inliers = 1.0;  ///< share of its points on surfaces of the local map
   // For a keyframe but the first:
   std::optional<KeyframeMotion> match;  ///< from a keyframe of the local map
-  KeyframeMotion odometry;  ///< from the keyframe before; a steady motion where there is none
+  /// From the keyframe before, without scale and drift; a steady motion where there is none.
+  KeyframeMotion odometry;
 };
 
 enum class KeyframeRule { kByMotion, kAlways, kNever };
@@ -80,9 +82,11 @@ class ScanTracker {
   std::size_t lost() const { return lost_; }  ///< scans that agreed with no local map
 
  private:
+  std::optional<SE2> advance(const std::optional<SE2>& stated);
   Eigen::Matrix3d prior(const SE2& motion, bool by_odometry) const;
   void search(const std::vector<SurfacePoint>& points, const UncertainMotion& predicted,
               const SearchWindow& window, ScanAlignment& best);
+  double share_in_view(const std::vector<SurfacePoint>& points, const SE2& pose) const;
   ScanAlignment aligned(const std::vector<SurfacePoint>& points, const UncertainMotion& predicted);
   std::size_t reference(const SE2& pose, const Eigen::Matrix3d& covariance) const;
   KeyframeMotion odometry_motion(const TrackedScan& scan) const;
@@ -91,6 +95,7 @@ class ScanTracker {
   bool is_due(const SE2& from_last, double inliers, KeyframeRule rule) const;
   void add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose,
                     const Eigen::Matrix3d& covariance);
+  void begin_keyframe();
   void begin_map();
   void add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose);
 
@@ -103,7 +108,8 @@ class ScanTracker {
   OdometryNoise noise_;
   SE2 pose_;                       // of the last scan in the last local map
   SE2 last_motion_;                // between the last two scans
-  SE2 since_keyframe_;             // by odometry
+  SE2 since_keyframe_;             // by odometry, corrected
+  SE2 stated_;                     // the same as odometry states it
   double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
   bool has_odometry_ = true;       // for every scan since the last keyframe
   bool is_lost_ = false;           // a scan since the last keyframe agreed with no map

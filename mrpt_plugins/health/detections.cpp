@@ -35,17 +35,23 @@ HealthEntry share_entry(const char* name, std::size_t part, std::size_t all,
                       fmt::format("{} of {} {}.", part, all, what), knob);
 }
 
-double figure(const RunFacts& facts, const char* name) {
-  const auto found = facts.run.statistics.find(name);
-  return found == facts.run.statistics.end() ? 0 : found->second;
+/// Scale of the odometry as matches of scans tell it.
+void check_wheels(const RunFacts& facts, Health& health) {
+  const double length = facts.figure("odometry_times_translation");
+  const double turn = facts.figure("odometry_times_rotation");
+  health.push_back(judged_entry(
+      "scale of the odometry by scans", std::max(factor_off(length), factor_off(turn)),
+      kWheelLimits,
+      fmt::format("By matches of scans, the way that odometry tells is to be multiplied by {:.3g}, "
+                  "and its turns by {:.3g}.",
+                  length, turn),
+      "units of the odometry; field of view of the laser ([sensor] fov_deg), units of its ranges"));
 }
 
 }  // namespace
 
 void check_scans(const RunFacts& facts, Health& health) {
-  const auto count = [&](const char* name) {
-    return static_cast<std::size_t>(figure(facts, name));
-  };
+  const auto count = [&](const char* name) { return static_cast<std::size_t>(facts.figure(name)); };
   const std::size_t scans = count("scans");
   if (scans < kFewestScans) return;
   health.push_back(share_entry("scans that see nothing", count("scans_blind"), scans,
@@ -58,14 +64,15 @@ void check_scans(const RunFacts& facts, Health& health) {
                                kAgreeWithNothingLimits, "scans agree with no local map",
                                "scans that are missing or of another place; pose and field of view "
                                "of the sensor ([sensor] fov_deg); what moves around the robot"));
-  const double odometry = std::max(figure(facts, "odometry_translation_scale"),
-                                   figure(facts, "odometry_rotation_scale"));
+  const double odometry =
+      std::max(facts.figure("odometry_translation_scale"), facts.figure("odometry_rotation_scale"));
   health.push_back(judged_entry(
       "odometry against scans", odometry, kScanOdometryLimits,
       fmt::format("Matches of scans and odometry differ by {:.2g} % of the way or turn.",
                   5 * odometry),
       "whether the odometry is that of this robot, in metres and radians, and not late; sign and "
       "pose of the sensor"));
+  if (facts.figure("odometry_times_translation") > 0) check_wheels(facts, health);
 }
 
 void check_detections(const RunFacts& facts, Health& health) {
@@ -81,9 +88,9 @@ void check_detections(const RunFacts& facts, Health& health) {
                                  "detections were taken for clutter",
                                  "noise of odometry and detections; the detector's threshold"));
   }
-  const auto directions = static_cast<std::size_t>(figure(facts, "directions"));
+  const auto directions = static_cast<std::size_t>(facts.figure("directions"));
   if (directions >= kFewestDetections) {
-    const auto used = static_cast<std::size_t>(figure(facts, "directions_with_range"));
+    const auto used = static_cast<std::size_t>(facts.figure("directions_with_range"));
     health.push_back(share_entry(
         "directions without a range", directions - used, directions, kNoRangeLimits,
         "directions told no range of their thing, and are not used",

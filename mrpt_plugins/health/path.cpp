@@ -22,8 +22,8 @@ constexpr double kLeastRedundancyOfPath = 5;
 /// The factor by which sigmas of odometry are wrong.
 constexpr double kOdometryDoubtful = 1.5, kOdometryBad = 2;
 constexpr UpperLimits kScaleLimits{1.5, 2};  // of an estimated scale: no wheel is worn so far
-constexpr double kMostFactor = 1000;
 constexpr double kOdometryExcess = 4;
+constexpr double kLostScans = 0.01;     // share of scans that agree with nothing, of right maps
 constexpr double kSureOfPath = 0.9999;  // probability at which something is not by chance
 constexpr int kBlocks = 20;             // left out in turn, for the sigma of the delay
 constexpr double kLeastDelay = 0.1;     // of the time between keyframes
@@ -118,7 +118,16 @@ Correction correction_of(const RunFacts& facts) {
   return out;
 }
 
-HealthEntry entry_on(const Correction& correction, bool associates) {
+const char* knob_of(bool departs, bool by_scans) {
+  if (by_scans) return "pose and field of view of the laser, time stamps of scans and odometry";
+  return departs ? "noise of the odometry: larger (hybrid-import csv --walk-translation, "
+                   "--walk-rotation; [reader] odometry_sigma_m, odometry_sigma_deg); its scale "
+                   "and drift ([calibration] odometry); sign, pose and clock of the sensor"
+                 : "noise of the odometry: smaller (hybrid-import csv --walk-translation, "
+                   "--walk-rotation; [reader] odometry_sigma_m, odometry_sigma_deg)";
+}
+
+HealthEntry entry_on(const Correction& correction, const RunFacts& facts) {
   HealthEntry entry;
   entry.name = "path against odometry";
   entry.value = std::sqrt(correction.sum / correction.redundancy);
@@ -128,21 +137,22 @@ HealthEntry entry_on(const Correction& correction, bool associates) {
   if (entry.value > 1) {
     entry.verdict = judge(entry.value, {kOdometryDoubtful, kOdometryBad});
   } else if (excess > kOdometryExcess) {
-    entry.verdict = associates ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
+    entry.verdict = facts.run.associates ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
+  }
+  // Where scans agree with each other, the fault is of the odometry, and the path does not follow
+  // it.
+  const bool scans_agree = facts.figure("scans_lost") <= kLostScans * facts.figure("scans");
+  if (facts.is_by_scans() && scans_agree) {
+    entry.verdict = std::min(entry.verdict, HealthVerdict::kDoubtful);
   }
   entry.sentence = fmt::format(
       "Over {} keyframes the path departs from the odometry by {:.2g} times what the noise of both "
       "allows.",
       correction.length, entry.value);
   if (entry.verdict != HealthVerdict::kGood) {
-    entry.knob = entry.value > 1
-                     ? "noise of the odometry: larger (hybrid-import csv --walk-translation, "
-                       "--walk-rotation; [reader] odometry_sigma_m, odometry_sigma_deg); its scale "
-                       "and drift ([calibration] odometry); sign, pose and clock of the sensor"
-                     : "noise of the odometry: smaller (hybrid-import csv --walk-translation, "
-                       "--walk-rotation; [reader] odometry_sigma_m, odometry_sigma_deg)";
+    entry.knob = knob_of(entry.value > 1, facts.is_by_scans());
   }
-  entry.scale = "reader.odometry_sigma_factor";
+  if (!facts.is_by_scans()) entry.scale = "reader.odometry_sigma_factor";  // scans measure it
   return entry;
 }
 
@@ -235,27 +245,28 @@ void check_clock(const RunFacts& facts, Health& health) {
   delay /= weight;
   const double least = kLeastDelay * median(fit.intervals);
   HealthEntry entry;
-  entry.name = "clock of the detections";
+  const bool by_scans = facts.is_by_scans();
+  const char* sensor = by_scans ? "scans" : "detections";
+  entry.name = fmt::format("clock of the {}", sensor);
   entry.value = delay;
   entry.least = -least;
   entry.most = least;
   const bool is_sure = squared > chi_square_quantile(kSureOfPath, tests);
-  if (is_sure && std::abs(delay) > least) entry.verdict = HealthVerdict::kBad;
+  // A path by scans does not follow an odometry that has another clock.
+  if (is_sure && std::abs(delay) > least) {
+    entry.verdict = by_scans ? HealthVerdict::kDoubtful : HealthVerdict::kBad;
+  }
   entry.sentence = entry.verdict == HealthVerdict::kGood
                        ? "The path turns and speeds up when the odometry does."
                        : fmt::format(
                              "The path turns and speeds up {} the odometry, by {:.2g} s or "
-                             "more: the detections have stamps of another time.",
-                             delay > 0 ? "later than" : "before", std::abs(delay));
+                             "more: the {} have stamps of another time.",
+                             delay > 0 ? "later than" : "before", std::abs(delay), sensor);
   if (entry.verdict != HealthVerdict::kGood) {
-    entry.knob = "time stamps of the detections; bearings of the other sign do the same";
+    entry.knob = by_scans ? "time stamps of scans and odometry"
+                          : "time stamps of the detections; bearings of the other sign do the same";
   }
   health.push_back(std::move(entry));
-}
-
-/// The factor by which an estimated scale is off one, either way; of a negative one, the most.
-double factor_of(double scale) {
-  return scale > 0 ? std::min(kMostFactor, std::max(scale, 1 / scale)) : kMostFactor;
 }
 
 /// Noise of odometry that is stated too small looks like a scale and a drift, but like no wheel's.
@@ -265,9 +276,10 @@ void check_calibration(const RunFacts& facts, Health& health) {
       if (scale.name.rfind("scale of ", 0) != 0 || !scale.observed) continue;
       HealthEntry entry;
       entry.name = scale.name + " of " + calibration.name;
-      entry.value = factor_of(scale.value);
-      entry.most = kScaleLimits.doubtful;
-      entry.verdict = judge(entry.value, kScaleLimits);
+      const UpperLimits& limits = facts.is_by_scans() ? kWheelLimits : kScaleLimits;
+      entry.value = factor_off(scale.value);
+      entry.most = limits.doubtful;
+      entry.verdict = judge(entry.value, limits);
       entry.sentence = fmt::format("The {} is estimated at {:.3g}, which should be near 1.",
                                    scale.name, scale.value);
       if (entry.verdict != HealthVerdict::kGood) {
@@ -287,7 +299,7 @@ void check_path(const RunFacts& facts, Health& health) {
   if (!facts.marginals) return;
   const Correction correction = correction_of(facts);
   if (correction.stretches >= kFewestStretches && correction.redundancy > kLeastRedundancyOfPath) {
-    health.push_back(entry_on(correction, facts.run.associates));
+    health.push_back(entry_on(correction, facts));
   }
   if (facts.run.result.robots.size() < 2) check_clock(facts, health);
 }

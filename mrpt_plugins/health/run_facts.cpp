@@ -109,6 +109,16 @@ Eigen::Isometry3d RunFacts::pose(std::size_t i) const {
   return isometry_at(run.estimate.values, Key(key_letter::kPose, i));
 }
 
+double RunFacts::figure(const char* name) const {
+  const auto found = run.statistics.find(name);
+  return found == run.statistics.end() ? 0 : found->second;
+}
+
+double factor_off(double scale) {
+  constexpr double kMostFactor = 1000;
+  return scale > 0 ? std::min(kMostFactor, std::max(scale, 1 / scale)) : kMostFactor;
+}
+
 Health run_health(const RunToJudge& run) {
   Health health;
   const RunFacts facts(run);

@@ -38,4 +38,9 @@ bool KeyframePolicy::is_keyframe(const LogStep& step) {
   return accepted_;
 }
 
+void KeyframePolicy::accept(double time) {
+  accepted_ = true;
+  last_time_ = time;
+}
+
 }  // namespace hybrid

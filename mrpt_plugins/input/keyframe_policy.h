@@ -28,6 +28,8 @@ class KeyframePolicy {
 
   /// Whether a step is a keyframe, as the first step is. Call it once for each step in order.
   bool is_keyframe(const LogStep& step);
+  /// Makes the step that was asked about last, at this time [s], a keyframe in any case.
+  void accept(double time);
 
   /// Motion from the last keyframe to the one just accepted, covariances propagated. Nothing if a
   /// step in between lacked odometry; at the first keyframe, only the odometry of its step, if any.

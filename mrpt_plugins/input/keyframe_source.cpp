@@ -11,7 +11,6 @@
 #include <set>
 #include <utility>
 
-#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/uncertainty/sensor_alignment.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
@@ -44,16 +43,6 @@ void hide_ids(const LogCorrection& correction, const std::set<std::int64_t>& rob
   for (Detection& d : frame.detections) {
     if (!d.id || robots.count(*d.id) != 0) continue;
     if (correction.hides_ids || correction.shared_ids.count(*d.id) != 0) d.id.reset();
-  }
-}
-
-/// The variance by a model, where there is one.
-void set_variance(const std::optional<NoiseModel>& model, double by, double& variance) {
-  if (!model) return;
-  if (model->is_scaled) {
-    variance *= model->factor * model->factor;
-  } else {
-    variance = std::pow(model->constant, 2) + std::pow(model->by_range * by, 2);
   }
 }
 
@@ -90,61 +79,6 @@ void drop_if_unplaced(const LogCorrection& correction, DetectionFrame& frame, Dr
   dropped["detection dropped: no odometry of its time, clock corrected"] += frame.detections.size();
   frame.detections.clear();
 }
-
-}  // namespace
-
-void LogCorrection::correct(double time, DetectionFrame& frame) const {
-  const auto found = sensors.find(frame.sensor_label);
-  if (found == sensors.end()) return;
-  const SensorCorrection& sensor = found->second;
-  if (sensor.yaw != 0) {
-    frame.T_robot_sensor = compose(
-        frame.T_robot_sensor,
-        to_isometry(SE3(Eigen::Vector3d::Zero(), SO3::exp(Eigen::Vector3d(0, 0, sensor.yaw)))));
-  }
-  if (sensor.delay != 0 && path && !path->empty()) {
-    const SE3 now = pose_at(*path, time);
-    frame.T_robot_sensor = compose(to_isometry(now.between(pose_at(*path, time - sensor.delay))),
-                                   frame.T_robot_sensor);
-  }
-  for (Detection& d : frame.detections) {
-    if (sensor.mirrored) {
-      d.yaw = -d.yaw;
-      d.covariance.row(1) = -d.covariance.row(1).eval();
-      d.covariance.col(1) = -d.covariance.col(1).eval();
-    }
-    if (!frame.has_range) continue;
-    const Eigen::Vector3d before = d.covariance.diagonal();
-    set_variance(sensor.range, d.range, d.covariance(0, 0));
-    set_variance(sensor.angle, 1 / std::max(1e-3, d.range), d.covariance(1, 1));
-    if (frame.is_3d) {
-      set_variance(sensor.angle, 1 / std::max(1e-3, d.range), d.covariance(2, 2));
-    }
-    // Correlations stay as they were.
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const double scale = before[i] * before[j];
-        if (i == j || !(scale > 0)) continue;
-        d.covariance(i, j) *= std::sqrt(d.covariance(i, i) * d.covariance(j, j) / scale);
-      }
-    }
-  }
-}
-
-void LogCorrection::correct(OdometryIncrement& odometry) const {
-  if (translation == 1 && rotation == 1) return;
-  Eigen::Matrix<double, 6, 1> scale;
-  scale << Eigen::Vector3d::Constant(translation), Eigen::Vector3d::Constant(rotation);
-  odometry.covariance = scale.asDiagonal() * odometry.covariance * scale.asDiagonal();
-}
-
-bool LogCorrection::is_none() const {
-  return translation == 1 && rotation == 1 && !hides_ids &&
-         std::all_of(sensors.begin(), sensors.end(),
-                     [](const auto& sensor) { return sensor.second.is_none(); });
-}
-
-namespace {
 
 /// Section [keyframes].
 void read_keyframes(IniFile& ini, SourceOptions& options) {
@@ -314,8 +248,11 @@ void KeyframeSource::collect_scans(const LogStep& step) {
     auto scan = scan_in(*observation, options_.scans, dropped_);
     if (!scan) continue;
     scan->time = step.time;
+    options_.correction.correct(observation->sensorLabel, *scan);
     scans_.add(std::move(*scan), dropped_);
-    if (options_.scans.field_of_view == 0 && is_halved_scan(*observation)) ++halved_scans_;
+    const bool is_mended = options_.scans.field_of_view > 0 ||
+                           options_.correction.lasers.count(observation->sensorLabel) != 0;
+    if (!is_mended && is_halved_scan(*observation)) ++halved_scans_;
   }
 }
 
@@ -338,14 +275,40 @@ Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
   return keyframe;
 }
 
+/// Whether a step is a keyframe, whose scans are collected.
+bool KeyframeSource::makes_keyframe(const LogStep& step) {
+  const bool is_due = policy_.is_keyframe(step);
+  collect_scans(step);
+  const LaserScan* scan = scans_.newest();
+  if (!options_.follows_scans || scan == nullptr) return is_due;
+  if (is_due) {
+    watch_.begin(*scan);
+  } else if (watch_.has_moved(*scan)) {
+    policy_.accept(step.time);
+    return true;
+  }
+  return is_due;
+}
+
+std::optional<LogStep> KeyframeSource::next_step() {
+  if (put_back_) return std::exchange(put_back_, std::nullopt);
+  std::optional<LogStep> step = reader_.next();
+  if (step && step->odometry) options_.correction.correct(*step->odometry);
+  return step;
+}
+
 std::optional<Keyframe> KeyframeSource::read() {
-  while (std::optional<LogStep> step = reader_.next()) {
+  while (std::optional<LogStep> step = next_step()) {
+    if (!step->odometry && skipped_) {  // the scans so far have a place, seen from that step
+      put_back_ = std::move(step);
+      policy_.accept(skipped_->time);
+      LogStep last = *std::exchange(skipped_, std::nullopt);
+      return make_keyframe(last, {});
+    }
     steps_read_ = step->index + 1;
-    if (step->odometry) options_.correction.correct(*step->odometry);
-    const bool is_keyframe = policy_.is_keyframe(*step);
-    collect_scans(*step);
+    const bool is_keyframe = makes_keyframe(*step);
     skipped_.reset();
-    if (!is_keyframe && options_.ends_with_keyframe) skipped_ = *step;
+    if (!is_keyframe && (options_.follows_scans || !scans_.empty())) skipped_ = *step;
     if (!is_keyframe && !options_.tracklets) continue;
     Keyframe keyframe;
     for (const auto& observation : step->observations) {
@@ -363,7 +326,7 @@ std::optional<Keyframe> KeyframeSource::read() {
     if (is_keyframe) return make_keyframe(*step, std::move(keyframe));
   }
   steps_read_ = options_.steps;
-  if (!skipped_) return std::nullopt;
+  if (!skipped_ || !options_.follows_scans) return std::nullopt;
   LogStep last = *std::exchange(skipped_, std::nullopt);
   return make_keyframe(last, {});
 }

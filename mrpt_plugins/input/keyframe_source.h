@@ -16,6 +16,7 @@
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
+#include "mrpt_plugins/input/scan_watch.h"
 #include "mrpt_plugins/input/scans.h"
 
 namespace HYBRID_API hybrid {
@@ -51,8 +52,9 @@ struct SourceOptions {
   DetectionTrackerOptions tracker;
   DetectionOptions detections;
   ScanOptions scans;
-  /// The last step becomes a keyframe, so that the scans since the keyframe before are not lost.
-  bool ends_with_keyframe = false;
+  /// Keyframes are those of scans: the last step becomes one, so that the scans since the one
+  /// before are not lost, and a step where scans tell of motion of which odometry does not.
+  bool follows_scans = false;
   Dimension dimension = Dimension::kAuto;
   NoiseSource noise = NoiseSource::kStated;
   LogCorrection correction = {};
@@ -92,10 +94,12 @@ class KeyframeSource {
   double repeated_stamps() const { return reader_.repeated_stamps(); }
 
  private:
+  std::optional<LogStep> next_step();
   std::optional<Keyframe> read();
   std::optional<double> share_read() const;
   void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
   void collect_scans(const LogStep& step);
+  bool makes_keyframe(const LogStep& step);
   Keyframe make_keyframe(LogStep& step, Keyframe keyframe);
 
   SourceOptions options_;
@@ -103,9 +107,11 @@ class KeyframeSource {
   KeyframePolicy policy_;
   DetectionTracker tracker_;
   ScanCollector scans_;
+  ScanWatch watch_;
   std::size_t steps_read_ = 0;
-  std::size_t halved_scans_ = 0;    // see is_halved_scan()
-  std::optional<LogStep> skipped_;  // the last step, where it is no keyframe and may become one
+  std::size_t halved_scans_ = 0;     // see is_halved_scan()
+  std::optional<LogStep> skipped_;   // the last step, where it is no keyframe and may become one
+  std::optional<LogStep> put_back_;  // the step behind a skipped one that became a keyframe
   DropReport dropped_;
   struct Ahead {
     Keyframe keyframe;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libhybrid/detections/detection.h"
+#include "libhybrid/scans/laser_mounting.h"
 #include "libhybrid/uncertainty/sensor_delay.h"
 #include "mrpt_plugins/input/odometry.h"
 
@@ -39,6 +40,7 @@ struct SensorCorrection {
 /// What was found out about a log, in place of what it states.
 struct LogCorrection {
   std::map<std::string, SensorCorrection> sensors;  ///< by label
+  std::map<std::string, LaserMounting> lasers;      ///< the same of those that scan
   double translation = 1, rotation = 1;  ///< factors of the standard deviations of odometry
   bool hides_ids = false;                ///< ids are of a tracker
   std::set<std::int64_t> shared_ids;     ///< ids of two things each, which are hidden
@@ -48,6 +50,7 @@ struct LogCorrection {
   /// Corrects what a sensor saw at a time of the log, before anything else uses it.
   void correct(double time, DetectionFrame& frame) const;
   void correct(OdometryIncrement& odometry) const;
+  void correct(const std::string& label, LaserScan& scan) const;
 
   /// Whether the log is taken at its word.
   bool is_none() const;

@@ -30,6 +30,11 @@ constexpr std::size_t kMaxWaiting = 256;
 constexpr const char* kTooFar =
     "odometry dropped: farther, or less certain, than [reader] max_speed allows";
 
+/// No wheel makes a robot faster by more than its grip on the floor allows [m/s^2].
+constexpr double kGrip = 9.81;
+constexpr const char* kJump =
+    "odometry dropped: it jumps farther than wheels can accelerate from the step before";
+
 /// Multiple of the usual period beyond which frames count as missing.
 constexpr double kLongGap = 10;
 
@@ -227,8 +232,9 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryP
   }
   before_ = after_;
   after_ = {time, pose};
-  // Further observations with the time of this odometry may follow.
-  release_until(std::nextafter(after_->time, 0.0));
+  // Further observations with the time of this odometry may follow; those before the first wait for
+  // the second, which tells how far apart they are.
+  if (before_) release_until(std::nextafter(after_->time, 0.0));
 }
 
 /// Ends the odometry so far: what comes is in another frame.
@@ -248,6 +254,8 @@ void RawlogReader::release_front() {
   waiting_.pop_front();
   if (after_ && before_ && !is_within_reach(*before_, *after_)) {
     ++warnings_[kTooFar];  // one of the two is wrong, but it is unknown which
+    last_pose_.reset();
+  } else if (after_ && is_beyond_odometry(step.time)) {
     last_pose_.reset();
   } else if (after_ && before_ && after_->time > before_->time) {
     const double fraction = (step.time - before_->time) / (after_->time - before_->time);
@@ -293,10 +301,24 @@ bool RawlogReader::is_within_reach(const TimedOdometry& before, const TimedOdome
   return (after.pose.position() - before.pose.position()).norm() <= reach(after.time - before.time);
 }
 
+/// Whether a time is so long before the first odometry, or after the last, that its pose is not
+/// that of the nearest: longer than from one odometry to the next, twice.
+bool RawlogReader::is_beyond_odometry(double time) const {
+  const double first = before_ ? before_->time : after_->time;
+  const double most = before_ ? 2 * (after_->time - first) : options_.period;
+  return std::max(first - time, time - after_->time) > most;
+}
+
 void RawlogReader::drop_implausible(LogStep& step) {
   const double time = emitted_ > 0 ? step.time - emitted_time_ : 0.0;
-  if (!step.odometry || is_plausible(*step.odometry, reach(time))) return;
-  ++warnings_[kTooFar];
+  if (!step.odometry) return;
+  const double during = std::max(time, options_.period);
+  const double speed = step.odometry->mean.norm() / during;
+  const double most = last_speed_ ? *last_speed_ + kGrip * during : speed;
+  last_speed_ = std::min(speed, most);
+  const bool is_within_speed = is_plausible(*step.odometry, reach(time));
+  if (is_within_speed && speed <= most) return;
+  ++warnings_[is_within_speed ? kJump : kTooFar];
   step.odometry.reset();
 }
 

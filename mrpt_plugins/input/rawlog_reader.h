@@ -64,9 +64,11 @@ struct RawlogOptions {
 /// Observations only: they are put in the order of their stamps, as far as they arrive within a
 /// window; equal stamps keep the order of the file. Observations with one timestamp make a step.
 /// Its pose is interpolated between the CObservationOdometry before and after it, and is that of
-/// the nearest one at the ends of the log. CObservationRobotPose is taken for odometry where the
-/// log has no other. Observations that nobody asked for make no step, unless the log has no others.
-/// Where odometry starts anew, the motion is not known.
+/// the nearest one up to twice the time between two beyond their ends; further, the motion is not
+/// known.
+/// CObservationRobotPose is taken for odometry where the log has no other. Observations that nobody
+/// asked for make no step, unless the log has no others. Where odometry starts anew, the motion is
+/// not known.
 ///
 /// Frames without a valid timestamp get that of the last frame plus the period, the first one 0.
 /// Where time goes backwards, frames are kept in the order of the file with the time of the last
@@ -123,6 +125,7 @@ class RawlogReader {
   void emit(LogStep step);
   double reach(double time) const;
   bool is_within_reach(const TimedOdometry& before, const TimedOdometry& after) const;
+  bool is_beyond_odometry(double time) const;
   void drop_implausible(LogStep& step);
   double time_of(mrpt::system::TTimeStamp stamp);
   double advance_to(double time);
@@ -134,7 +137,8 @@ class RawlogReader {
   std::map<std::string, std::size_t> observations_;
   std::deque<LogStep> ready_;
   std::size_t emitted_ = 0;
-  double emitted_time_ = 0;  // of the last emitted step
+  double emitted_time_ = 0;           // of the last emitted step
+  std::optional<double> last_speed_;  // of the last odometry [m/s], over a period at least
   double last_time_;
   double usual_gap_ = 0;  // running mean of the time between frames
   bool started_ = false;

@@ -18,6 +18,9 @@ using mrpt::obs::CObservation2DRangeScan;
 
 /// A field of view may exceed a whole turn by what single precision does to it [rad].
 constexpr double kAngleTolerance = 1e-3;
+/// A laser is level, either way up, if its axis is within this of the vertical [rad]: from half a
+/// metre above the floor, rays of one that tilts more end on it within 2 m.
+constexpr double kMostTilt = 15 * M_PI / 180;
 
 /// Why a scan is unusable, or null.
 const char* fault(const CObservation2DRangeScan& scan, double field_of_view,
@@ -32,8 +35,11 @@ const char* fault(const CObservation2DRangeScan& scan, double field_of_view,
   if (!std::isfinite(pose.norm()) || !pose.getRotationMatrix().asEigen().allFinite()) {
     return "scan dropped: sensor pose not finite";
   }
-  const bool is_plausible = pose.norm() <= options.max_range && is_rotation(pose);
-  return is_plausible ? nullptr : "scan dropped: sensor pose absurd";
+  if (pose.norm() > options.max_range || !is_rotation(pose)) {
+    return "scan dropped: sensor pose absurd";
+  }
+  const bool is_level = std::abs(pose.getRotationMatrix()(2, 2)) >= std::cos(kMostTilt);
+  return is_level ? nullptr : "scan dropped: the laser is not level";
 }
 
 /// Ranges with NaN for rays that see nothing.

@@ -29,7 +29,8 @@ struct ScanOptions {
 ///
 /// Dropped, and counted in `report` by reason: scans without a ray; of several rays whose field of
 /// view is not in (0, 2 pi]; of a sensor that tilts while it sweeps; with a sensor pose that is not
-/// finite, no rigid motion, or farther from the robot than the maximum range of the options.
+/// finite, no rigid motion, or farther from the robot than the maximum range of the options; of a
+/// laser that is not level, by more than 15 degrees.
 std::optional<LaserScan> scan_in(const mrpt::obs::CObservation& observation,
                                  const ScanOptions& options, DropReport& report);
 
@@ -53,6 +54,11 @@ class ScanCollector {
   void move(const std::optional<OdometryIncrement>& odometry, DropReport& report);
   /// Takes a scan of this step.
   void add(LaserScan scan, DropReport& report);
+  bool empty() const { return scans_.empty(); }
+  /// The scan of this step that was taken last; null where it has none.
+  const LaserScan* newest() const {
+    return !scans_.empty() && scans_.back().step == step_ ? &scans_.back().scan : nullptr;
+  }
   /// This step is a keyframe: the scans since the one before, placed in its frame.
   std::vector<LaserScan> release();
 

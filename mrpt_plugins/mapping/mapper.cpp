@@ -22,13 +22,16 @@ void make_room(std::vector<T>& list) {
   if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
 }
 
-/// Odometry with another covariance in the plane.
-OdometryIncrement with_noise(OdometryIncrement odometry, const Eigen::Matrix3d& covariance) {
+/// Odometry with another motion and covariance in the plane.
+OdometryIncrement in_plane(OdometryIncrement odometry, const UncertainMotion& measured) {
+  mrpt::poses::CPose3D& mean = odometry.mean;
+  const SE2& motion = measured.motion;
+  mean.setFromValues(motion.x(), motion.y(), mean.z(), motion.angle(), mean.pitch(), mean.roll());
   for (const int i : kPlanarIndices) {
     odometry.covariance.row(i).setZero();
     odometry.covariance.col(i).setZero();
   }
-  odometry.covariance += planar_to_6d(covariance);
+  odometry.covariance += planar_to_6d(measured.covariance);
   add_noise_floor(odometry);
   return odometry;
 }
@@ -42,18 +45,18 @@ ContinuousFactorPtr* logged_motion_in(Delta& delta, Key from, Key to) {
   return found == delta.continuous.end() ? nullptr : &*found;
 }
 
-/// Where matches of scans have measured the noise of odometry and the settings do not say it, it
-/// takes the place of that of the log.
-void use_measured_noise(const std::vector<std::shared_ptr<MappingPlugin>>& plugins,
-                        const OdometryIncrement& logged, const MotionOptions& options, bool is_3d,
-                        ContinuousFactorPtr& factor) {
+/// Where matches of scans have measured scale, drift and noise of odometry, these take the place of
+/// what the log says; that of the noise, if the settings do not.
+void use_measured_odometry(const std::vector<std::shared_ptr<MappingPlugin>>& plugins,
+                           const OdometryIncrement& logged, const MotionOptions& options,
+                           bool is_3d, ContinuousFactorPtr& factor) {
   for (const auto& plugin : plugins) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     if (follower == nullptr) continue;
     const std::optional<ScanMotion> motion = follower->scan_motion();
     if (!motion || !motion->odometry) continue;
     factor = odometry_factor(factor->keys()[0], factor->keys()[1],
-                             with_noise(logged, *motion->odometry), options, is_3d);
+                             in_plane(logged, *motion->odometry), options, is_3d);
     return;
   }
 }
@@ -105,7 +108,7 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
     ContinuousFactorPtr* const factor =
         logged_motion_in(motion.delta, pose_key(robot().poses.back()), pose_key(steps_.size()));
     if (factor != nullptr) {
-      use_measured_noise(plugins_, *keyframe.odometry, robot().options.motion, is_3d_, *factor);
+      use_measured_odometry(plugins_, *keyframe.odometry, robot().options.motion, is_3d_, *factor);
     }
   }
   BackendReport report;

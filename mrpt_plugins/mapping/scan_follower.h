@@ -18,9 +18,9 @@ struct ScanMotion {
   /// Pose of the keyframe in the frame of the one before of the same robot, where that had scans.
   std::optional<SE2> T_before_keyframe;
   std::vector<SE2> T_keyframe_robot;  ///< by scan of the frame
-  /// Covariance of the odometry to the keyframe, measured by such matches: tangent (x, y [m],
-  /// angle [rad]) of a right perturbation.
-  std::optional<Eigen::Matrix3d> odometry;
+  /// The odometry to the keyframe without the scale and drift that such matches tell, and its
+  /// covariance, measured by them: tangent (x, y [m], angle [rad]) of a right perturbation.
+  std::optional<UncertainMotion> odometry;
 };
 
 /// A closure with the pose that was measured.

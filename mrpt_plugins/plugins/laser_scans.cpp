@@ -135,7 +135,7 @@ ScanMotion LaserScans::motion_by(const Robot& robot, const TrackedScan& tracked,
   if (!robot.is_next) return out;
   out.T_before_keyframe = tracked.T_before_scan;
   if (!robot.lost_odometry && (tracked.match || robot.matches >= kMeasured)) {
-    out.odometry = tracked.odometry.measured.covariance;
+    out.odometry = tracked.odometry.measured;
   }
   return out;
 }
@@ -285,6 +285,7 @@ std::vector<LocalScans> LaserScans::local_scans() const {
 std::map<std::string, double> LaserScans::statistics() const {
   double maps = 0, closures = 0, accepted = 0, lost = 0, translation = 0, rotation = 0;
   double scans = 0, blind = 0, places = 0, places_accepted = 0;
+  OdometryCalibration2 calibration(1, 1, 0);
   for (const auto& [number, robot] : robots_) {
     const ScanTracker& tracker = robot.mapper.tracker();
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
@@ -299,6 +300,11 @@ std::map<std::string, double> LaserScans::statistics() const {
     blind += double(robot.blind);
     translation = std::max(translation, tracker.odometry_noise().translation_scale());
     rotation = std::max(rotation, tracker.odometry_noise().rotation_scale());
+    const OdometryCalibration2 own = tracker.odometry_noise().calibration();
+    const OdometryCalibration2 none(1, 1, 0);
+    for (int i = 0; i < 3; ++i) {
+      if (std::abs(own[i] - none[i]) > std::abs(calibration[i] - none[i])) calibration[i] = own[i];
+    }
   }
   return {{"local_maps", maps},
           {"known_places", places},
@@ -309,7 +315,10 @@ std::map<std::string, double> LaserScans::statistics() const {
           {"scans_blind", blind},
           {"scans_lost", lost},
           {"odometry_translation_scale", translation},
-          {"odometry_rotation_scale", rotation}};
+          {"odometry_rotation_scale", rotation},
+          {"odometry_times_translation", calibration[0]},
+          {"odometry_times_rotation", calibration[1]},
+          {"odometry_drift_deg_per_m", calibration[2] * 180 / M_PI}};
 }
 
 }  // namespace hybrid

@@ -14,6 +14,8 @@ namespace {
 /// Whether nothing but noise is corrected.
 bool is_of_noise(const LogCorrection& correction) {
   return !correction.hides_ids &&
+         std::all_of(correction.lasers.begin(), correction.lasers.end(),
+                     [](const auto& laser) { return laser.second.is_as_stated(); }) &&
          std::all_of(correction.sensors.begin(), correction.sensors.end(), [](const auto& sensor) {
            const SensorCorrection& s = sensor.second;
            return !s.mirrored && s.yaw == 0 && s.delay == 0;

@@ -16,6 +16,7 @@
 #include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/settings/detail/robots.h"
+#include "mrpt_plugins/survey/laser_survey.h"
 #include "mrpt_plugins/survey/log_survey.h"
 
 namespace hybrid {
@@ -219,7 +220,7 @@ void space_keyframes(IniFile& ini, ReplaySettings& settings) {
     KeyframeOptions& own = robot.source.keyframes;
     if (own.min_distance > 0 || own.min_angle > 0 || own.min_time > 0) continue;
     own = kScanKeyframes;
-    robot.source.ends_with_keyframe = true;
+    robot.source.follows_scans = true;
   }
 }
 
@@ -243,15 +244,17 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
     const bool measured = surveyed && robot.source.noise == NoiseSource::kMeasured;
     if (!all && !measured) continue;
     LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
-    StepWatcher watcher;
-    if (surveyed) {
-      watcher = [&](const LogStep& step, const std::vector<DetectionFrame>& frames) {
-        survey.add(step, frames);
-      };
-    }
+    LaserSurvey lasers(robot.source.scans);
+    const bool measures_lasers = robot.source.noise != NoiseSource::kStated;
+    const StepWatcher watcher = [&](const LogStep& step,
+                                    const std::vector<DetectionFrame>& frames) {
+      if (surveyed) survey.add(step, frames);
+      if (measures_lasers) lasers.add(step);
+    };
     LogContents own = read_contents(robot.rawlog, robot.source, watcher);
     robot.source.steps = own.steps;
     if (surveyed) robot.findings = measured ? survey.conclude() : survey.conclude_ids();
+    lasers.conclude(robot.findings);
     const double stated = robot.source.correction.translation;
     robot.source.correction = robot.findings.correction;
     robot.source.correction.translation *= stated;

@@ -51,6 +51,14 @@ class BadScansTest : public ReplayTest {
     return {x, y};
   }
 
+  /// Whether a warning has these words.
+  static bool warns(const Json& summary, const std::string& words) {
+    return summary.at("warnings").dump().find(words) != std::string::npos;
+  }
+  double error_at_end(const ScanLog& log) const {
+    return (end() - log.way.front().between(log.way.back()).translation()).norm();
+  }
+
   std::size_t rows_ = 0;  // of trajectory.tum
 };
 
@@ -153,6 +161,52 @@ TEST_F(BadScansTest, OdometryOfAnotherRobotIsSaid) {
   const Json summary = replayed(bad);
   EXPECT_EQ(verdict(summary, "odometry against scans"), "bad") << summary.at("health").dump(1);
   EXPECT_EQ(rows_, bad.way.size());
+}
+
+TEST_F(BadScansTest, WhereOdometryDoesNotTellScansDo) {
+  ScanLog bad;
+  bad.way.resize(350);
+  const auto none = [](std::size_t, const SE2&) { return SE2(); };
+  const auto lifted = [](std::size_t i, const SE2& motion) {
+    return i > 100 && i < 130 ? SE2() : motion;
+  };
+  for (const auto& odometry : {std::function<SE2(std::size_t, const SE2&)>(none), {lifted}}) {
+    bad.odometry = odometry;
+    replayed(bad);
+    EXPECT_EQ(rows_, bad.way.size());
+    EXPECT_LT(error_at_end(bad), 0.15);
+  }
+}
+
+TEST_F(BadScansTest, StepsWithoutOdometryAreAsInALogWithout) {
+  ScanLog bad;
+  bad.way.resize(350);
+  bad.is_missing = [](std::size_t i) { return i % 8 == 0 || i < 30 || i > 300; };
+  const Json summary = replayed(bad);
+  EXPECT_EQ(dropped(summary, "scan dropped"), 0U);
+  EXPECT_EQ(rows_, bad.way.size());
+  EXPECT_LT(error_at_end(bad), 0.15);
+}
+
+TEST_F(BadScansTest, RaysThatAreNotAsStatedAreSaidAndUsed) {
+  ScanLog bad;
+  bad.way.resize(350);
+  bad.spoil = [](std::size_t, auto& scan) { scan.rightToLeft = false; };
+  EXPECT_TRUE(warns(replayed(bad), "fit with the other sense of rotation"));
+  EXPECT_LT(error_at_end(bad), 0.15);
+  bad.spoil = [](std::size_t, auto& scan) { scan.aperture = static_cast<float>(M_PI_2); };
+  EXPECT_TRUE(warns(replayed(bad), "field of view of 180.0 degrees, not 90.0"));
+  EXPECT_LT(error_at_end(bad), 0.15);
+}
+
+TEST_F(BadScansTest, ALaserThatIsNotLevelIsCounted) {
+  ScanLog bad;
+  bad.way.resize(200);
+  bad.spoil = [](std::size_t i, auto& scan) {
+    if (i % 3 == 1) scan.sensorPose = {0, 0, 0, 0, 0, M_PI_2};
+  };
+  EXPECT_GT(dropped(replayed(bad), "the laser is not level"), 60U);
+  EXPECT_LT(error_at_end(bad), 0.15);
 }
 
 }  // namespace

@@ -30,6 +30,8 @@ struct ScanLog {
   std::function<SE2(std::size_t, const SE2&)> odometry = [](auto, const SE2& motion) {
     return motion;
   };
+  /// Whether the motion to scan number i is not in the log.
+  std::function<bool(std::size_t)> is_missing = [](auto) { return false; };
 };
 
 /// Writes it as actions and frames, or frames alone.
@@ -38,7 +40,7 @@ inline void write_scan_log(const std::string& path, const ScanLog& log) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise;
   for (std::size_t i = 0; i < log.way.size(); ++i) {
-    if (log.has_odometry && i > 0) {
+    if (log.has_odometry && i > 0 && !log.is_missing(i)) {
       const SE2 motion = log.odometry(i, log.way[i - 1].between(log.way[i])) *
                          SE2(0.005 * noise(random), 0.0, 0.003 * noise(random));
       objects.push_back(motion_2d({motion.x(), motion.y(), motion.angle()}, 0.02));

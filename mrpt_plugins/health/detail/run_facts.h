@@ -47,7 +47,18 @@ struct RunFacts {
   std::optional<ContinuousMarginals> marginals;
 
   Eigen::Isometry3d pose(std::size_t i) const;
+  /// A figure of the plugins; 0 where they have none of that name.
+  double figure(const char* name) const;
+  /// Whether laser scans alone tell of the path, beside odometry.
+  bool is_by_scans() const { return sightings.empty() && figure("scans") > 0; }
 };
+
+/// Limits of the factor by which a scale of odometry that scans tell is off one: wheels are worn or
+/// measured badly by a few per cent. By more, it is something else, as a field of view that is
+/// stated wrongly.
+inline constexpr UpperLimits kWheelLimits{1.05, 1.1};
+/// The factor by which a scale is off one, either way; of a negative one, the most.
+double factor_off(double scale);
 
 /// The entries of each kind.
 void check_residuals(const RunFacts& facts, Health& health);

@@ -90,5 +90,13 @@ TEST(ScanPoints, AScannerUpsideDownSeesLeftOnItsRight) {
   EXPECT_NEAR(points[0].position.y(), -1.0, 1e-9);
 }
 
+TEST(ScanView, IsWhereItLooks) {
+  std::mt19937 random(1);
+  const ScanView view(scan_points(testing::ring().scan(SE2(-1, -1, 0), 181, 0.01, random)));
+  EXPECT_TRUE(view.contains({0.5, 0.5}));
+  EXPECT_FALSE(view.contains({-0.5, 0.1})) << "behind";
+  EXPECT_FALSE(ScanView().contains({1, 0}));
+}
+
 }  // namespace
 }  // namespace hybrid

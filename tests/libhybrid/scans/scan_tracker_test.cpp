@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -67,7 +68,28 @@ TEST(ScanTracker, FollowsWithoutOdometry) {
 TEST(ScanTracker, MeasuresThatOdometryIsBad) {
   Follower follower;
   EXPECT_LT(error_after(half_ring(), follower, 1.4, true), 0.3);
-  EXPECT_GT(follower.tracker.odometry_noise().translation_scale(), 2.0);
+  EXPECT_LT(follower.tracker.odometry_noise().calibration()[0], 0.9);
+}
+
+TEST(ScanTracker, TakesScaleAndDriftOutOfOdometry) {
+  const testing::FloorPlan plan = testing::ring();
+  std::mt19937 random(7);
+  Follower follower;
+  const std::vector<SE2> way = testing::way_around_ring(1, 0.1);
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    std::optional<SE2> odometry;
+    if (i > 0) {
+      const SE2 step = way[i - 1].between(way[i]);
+      odometry = SE2(step.x() / 1.02, step.y() / 1.02,
+                     (step.angle() - 0.004 * step.translation().norm()) / 0.98);
+    }
+    follower.track(plan.scan(way[i], 181, 0.01, random), odometry);
+  }
+  const OdometryCalibration2 found = follower.tracker.odometry_noise().calibration();
+  EXPECT_NEAR(found[0], 1.02, 0.005);
+  EXPECT_NEAR(found[1], 0.98, 0.006);
+  EXPECT_NEAR(found[2], 0.004, 0.002);
+  EXPECT_LT(follower.tracker.odometry_noise().translation_scale(), 0.5);
 }
 
 TEST(ScanTracker, StandingStillMakesNoKeyframes) {
@@ -95,6 +117,44 @@ TEST(ScanTracker, BlindScansFollowOdometry) {
   blind.ranges = {2.0f};
   for (int i = 0; i < 100; ++i) follower.track(blind, std::nullopt);
   EXPECT_TRUE(std::isfinite(follower.pose.x()));
+}
+
+TEST(ScanTracker, ALaserThatLooksWhereNoneHasLookedIsPlacedByMotion) {
+  const testing::FloorPlan plan = testing::ring();
+  std::mt19937 random(7);
+  const std::vector<SE2> way = half_ring();
+  Follower follower;
+  double worst = 0;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    LaserScan scan = plan.scan(way[i] * SE2(0, 0, i % 2 == 0 ? 0 : M_PI), 61, 0.01, random);
+    if (i % 2 == 1) scan.T_robot_sensor = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ());
+    std::optional<SE2> odometry;
+    if (i > 0) odometry = way[i - 1].between(way[i]);
+    follower.track(scan, odometry);
+    const SE2 truth = way.front().between(way[i]);
+    worst = std::max(worst, (follower.pose.translation() - truth.translation()).norm());
+  }
+  EXPECT_LT(worst, 0.1);
+  EXPECT_EQ(follower.tracker.lost(), 0u);
+}
+
+TEST(ScanTracker, WhereScansAreLostOdometryLeads) {
+  const testing::FloorPlan plan = testing::ring();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> anywhere(1, 20);
+  Follower follower;
+  SE2 way;
+  for (int i = 0; i < 40; ++i) {
+    // While it turns, odometry is late, and then all scans are of dust.
+    const SE2 step = i < 20 ? SE2(0.1, 0, 0.05) : SE2(0.1, 0, 0);
+    if (i > 0) way = way * step;
+    LaserScan scan = plan.scan(SE2(-1, -1, -0.5) * way, 181, 0.01, random);
+    if (i >= 20)
+      std::generate(scan.ranges.begin(), scan.ranges.end(), [&] { return anywhere(random); });
+    follower.track(scan, i < 20 ? SE2(i % 2 == 0 ? 0.2 : 0, 0, i % 2 == 0 ? 0.1 : 0) : step);
+  }
+  EXPECT_GT(follower.tracker.lost(), 5u);
+  EXPECT_NEAR(follower.pose.angle(), way.angle(), 0.15);
 }
 
 TEST(ScanTracker, AJumpToAnotherPlaceBeginsALocalMap) {

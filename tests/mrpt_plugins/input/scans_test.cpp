@@ -8,11 +8,14 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
+#include <vector>
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/input/log_contents.h"
 #include "tests/mrpt_plugins/input/log_files.h"
+#include "tests/support/scan_worlds.h"
 
 namespace hybrid {
 namespace {
@@ -101,6 +104,12 @@ TEST(Scans, AbsurdScansAreDroppedAndCounted) {
   EXPECT_EQ(reason_of([&](auto& o) { o.sensorPose.x(nan); }),
             "scan dropped: sensor pose not finite");
   EXPECT_EQ(reason_of([](auto& o) { o.sensorPose.x(1e4); }), "scan dropped: sensor pose absurd");
+  for (const double tilt : {0.3, M_PI_2, M_PI - 0.3}) {
+    EXPECT_EQ(reason_of([&](auto& o) { o.sensorPose = {0, 0, 0, 1, 0, tilt}; }),
+              "scan dropped: the laser is not level");
+    EXPECT_EQ(reason_of([&](auto& o) { o.sensorPose = {0, 0, 0, 1, tilt, 0}; }),
+              "scan dropped: the laser is not level");
+  }
 }
 
 TEST(Scans, TheFieldOfViewCanBeChosen) {
@@ -184,16 +193,46 @@ TEST(Scans, EveryScanArrivesInLogsOfObservations) {
   EXPECT_EQ(count_scans(keyframes), 10U);
 }
 
-TEST(Scans, AGapInOdometryLosesThoseBeforeIt) {
+TEST(Scans, AGapInOdometryLosesNone) {
   Objects objects = pairs(true);
   objects.erase(objects.begin() + 3);  // the motion from the second frame to the third
   SourceOptions options;
   options.keyframes.min_distance = 2.5;
   DropReport dropped;
   const auto keyframes = keyframes_of(objects, options, &dropped);
-  EXPECT_EQ(dropped["scan dropped: no odometry from there to a keyframe"], 2U);
-  EXPECT_TRUE(keyframes[1].scans.front().T_keyframe_robot.matrix().isIdentity(0));
-  EXPECT_EQ(keyframes[1].time, 2);
+  EXPECT_TRUE(dropped.empty());
+  EXPECT_EQ(count_scans(keyframes), 18U) << "those after the last keyframe have no place";
+  EXPECT_EQ(keyframes[1].time, 1) << "the step before the gap";
+  EXPECT_TRUE(keyframes[1].odometry);
+  EXPECT_EQ(keyframes[2].time, 2);
+  EXPECT_FALSE(keyframes[2].odometry);
+  EXPECT_TRUE(keyframes[2].scans.front().T_keyframe_robot.matrix().isIdentity(0));
+}
+
+TEST(Scans, WhereOdometryRestsTheyTellOfMotion) {
+  const testing::FloorPlan plan = testing::ring();
+  const std::vector<SE2> way = testing::way_around_ring(1, 0.1);
+  for (const bool moves : {true, false}) {
+    std::mt19937 random(1);
+    Objects objects;
+    for (std::size_t i = 0; i < 200; ++i) {
+      LaserScan seen = plan.scan(moves ? way[i] : way[0], 181, 0.01, random);
+      seen.time = 1e9 + 0.2 * static_cast<double>(i);
+      if (i > 0) objects.push_back(motion_2d({0, 0, 0}, 0.01));
+      objects.push_back(frame({to_mrpt(seen)}));
+    }
+    SourceOptions options;
+    options.keyframes = kScanKeyframes;
+    options.follows_scans = true;
+    const auto keyframes = keyframes_of(objects, options);
+    EXPECT_EQ(count_scans(keyframes), 200U);
+    if (moves) {
+      EXPECT_GT(keyframes.size(), 30U) << "20 m of way";
+      EXPECT_LT(keyframes.size(), 60U);
+    } else {
+      EXPECT_EQ(keyframes.size(), 2U);
+    }
+  }
 }
 
 TEST(Scans, ARobotThatStandsStillDoesNotFillTheMemory) {
