@@ -40,7 +40,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       command("export",
               "writes landmarks.csv, landmarks.json, landmarks.pcd, trajectory_N.tum for each "
               "session (trajectory_N_NAME.tum for each of several robots), map.geojson where the "
-              "origin is known, map.png, summary.json"));
+              "origin is known, map.pgm and map.yaml where there are laser scans, map.png, "
+              "summary.json"));
   to->add_option("-o,--output", o.output, "folder, created if absent")
       ->type_name("OUT")
       ->required();

@@ -188,10 +188,18 @@ std::vector<std::string> draw(const ReplayRequest& request, OutputDirectory& out
   return write_extras(request, out, result, truth, mapper, movie);
 }
 
-}  // namespace
+/// Whether the logs can be read once more, and nobody has seen events of the run.
+bool may_repeat(const ReplayRequest& request, const ReplaySettings& settings) {
+  return !request.stream &&
+         std::none_of(settings.robots.begin(), settings.robots.end(),
+                      [](const RobotSettings& r) { return is_standard_input(r.rawlog); });
+}
 
-Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
-                std::chrono::steady_clock::time_point start, const Conditions& conditions) {
+/// One attempt; where `doubt` has become the reason why the robots are not in the map file, nothing
+/// was made, and it is to be made again with that.
+Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
+                     std::chrono::steady_clock::time_point start, const Conditions& conditions,
+                     std::string& doubt) {
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
@@ -199,7 +207,8 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   take_photographs(request, settings);
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
-  Session session(request, settings, [&] { return provenance(request, settings, ini); });
+  Session session(
+      request, settings, [&] { return provenance(request, settings, ini); }, doubt);
   if (!session.team().message().empty()) truths = read_truths(settings);  // robots were left out
   Movie movie(request.frames, request.frames > 0 ? session.count_keyframes() : 0);
   session.begin();
@@ -207,11 +216,18 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   ScanOutputs scans(settings.keeps_scans, session.plugins());
   report.begin(session.mapper(), settings.title);
   session.map(watch(session, watchers, movie, report, scans));
+  if (const std::string found = session.doubt(); !found.empty()) {
+    session.give_up_place(found);
+    if (may_repeat(request, settings)) {
+      doubt = found;
+      return {};
+    }
+  }
 
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();
   const int signal = session.signal();
-  scans.finish(result);
+  scans.finish(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
   Attempt made;
   made.request = request;
@@ -243,6 +259,15 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   if (watchers.published) watchers.published(made.outcome);
   warn(summary, told);
   return made;
+}
+
+}  // namespace
+
+Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
+                std::chrono::steady_clock::time_point start, const Conditions& conditions) {
+  std::string doubt;
+  Attempt made = attempt_once(request, watchers, start, conditions, doubt);
+  return doubt.empty() ? made : attempt_once(request, watchers, start, conditions, doubt);
 }
 
 }  // namespace hybrid

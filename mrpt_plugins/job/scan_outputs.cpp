@@ -13,6 +13,7 @@
 #include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/map_file/stored_views.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/output/closure_csv.h"
 
@@ -74,7 +75,7 @@ void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
   archive_->add(number, keyframe);
 }
 
-void ScanOutputs::finish(MapResult& result) {
+void ScanOutputs::finish(MapResult& result, const MapRecord& known) {
   for (const auto& plugin : plugins_) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     if (follower == nullptr) continue;
@@ -85,7 +86,7 @@ void ScanOutputs::finish(MapResult& result) {
   }
   if (!archive_) return;
   drawn_ = drawn_keyframes(*archive_, result.trajectory);
-  GridMap grid = draw_grid(drawn_, result.trajectory);
+  GridMap grid = draw_grid(stored_views(known), drawn_, result.trajectory);
   if (!grid.empty()) result.grid = std::make_shared<const GridMap>(std::move(grid));
 }
 

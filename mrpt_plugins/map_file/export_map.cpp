@@ -8,18 +8,18 @@
 #include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/map_file/stored_views.h"
 
 namespace hybrid {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kTolerance = 0.5;  // of a standard deviation, beside what the prior has lost
 
 double probability(double log_odds) {
   return 1 / (1 + std::exp(-log_odds));
@@ -92,6 +92,8 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
     landmark.size = l.size;
     out.landmarks.push_back(std::move(landmark));
   }
+  GridMap grid = draw_grid(stored_views(map), {}, {});
+  if (!grid.empty()) out.grid = std::make_shared<const GridMap>(std::move(grid));
   return out;
 }
 
@@ -142,30 +144,6 @@ std::string pcd_text(const MapRecord& map) {
       "SIZE 4 4 4 4 4\nTYPE F F F I I\nCOUNT 1 1 1 1 1\nWIDTH {0}\nHEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA ascii\n{1}",
       count, rows);
-}
-
-std::vector<std::string> faults_of(const MapRecord& map) {
-  std::vector<std::string> faults;
-  const int dim = map.dim();
-  const std::vector<Eigen::MatrixXd> covariances = map.prior.covariances();
-  const bool finite = std::all_of(covariances.begin(), covariances.end(),
-                                  [](const Eigen::MatrixXd& C) { return C.allFinite(); });
-  if (!finite) faults.push_back("the prior of the landmarks is not finite");
-  const double allowed = kTolerance + std::sqrt(2 * map.prior.loss);
-  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
-    const MapLandmark& l = map.landmarks[i];
-    const double stated = l.covariance.topLeftCorner(dim, dim).trace();
-    const double implied = covariances[i].trace();
-    if (!(std::abs(std::sqrt(stated) - std::sqrt(implied)) <= allowed * std::sqrt(implied))) {
-      faults.push_back(fmt::format("landmark {}: its covariance and the prior contradict", l.id));
-    }
-    double sum = 0;
-    for (const double p : l.class_probabilities) sum += p;
-    if (!l.class_probabilities.empty() && !(std::abs(sum - 1) < 1e-6)) {
-      faults.push_back(fmt::format("landmark {}: its class probabilities do not sum to 1", l.id));
-    }
-  }
-  return faults;
 }
 
 }  // namespace hybrid

@@ -27,8 +27,8 @@ struct MapWay {
 /// Those of all sessions and robots, in this order.
 std::vector<MapWay> ways_of(const MapRecord& map);
 
-/// The landmarks that exist, and all ways; each robot has one colour, and where there are several
-/// sessions each of robots without a name.
+/// The landmarks that exist, the grid of the local maps, and all ways; each robot has one colour,
+/// and where there are several sessions each of robots without a name.
 MapResult result_of(const MapRecord& map, const std::string& title);
 
 /// Landmarks that exist as points, and each way as a line (RFC 7946).
@@ -36,8 +36,5 @@ std::string geojson_text(const MapRecord& map, const MapOrigin& origin);
 
 /// Landmarks that exist as a point cloud: x y z [m], number of the class (-1: none), id.
 std::string pcd_text(const MapRecord& map);
-
-/// What is wrong with the numbers of a map; empty where nothing is.
-std::vector<std::string> faults_of(const MapRecord& map);
 
 }  // namespace hybrid

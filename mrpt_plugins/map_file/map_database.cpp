@@ -132,7 +132,7 @@ Error explained(const fs::path& file, const SQLite::Exception& e) {
   const std::string name = file.string() + ": ", what = in_a_line(e.what());
   switch (e.getErrorCode()) {
     case SQLITE_FULL:
-      return Error(name + "no room left on its disk; the map is as it was");
+      return Error(name + "no room left on its disk; the map holds what it did before this");
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return Error(name + "another program is writing it; try again when it has ended");

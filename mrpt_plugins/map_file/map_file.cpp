@@ -127,6 +127,7 @@ void MapFile::note(int session, const std::vector<std::pair<std::size_t, MapKeyf
 }
 
 void MapFile::replace(const MapRecord& record, const std::function<void()>& before_commit) {
+  about_map(file_, [&] { refuse_faults(record); });
   transaction([&] {
     write_rows(*database_, record, record_);
     const bool changed = note_checksum(*database_);

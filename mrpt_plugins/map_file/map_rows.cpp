@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -19,6 +18,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
+#include "libhybrid/maps/map_faults.h"
 #include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/map_file/detail/map_cells.h"
 #include "mrpt_plugins/map_file/detail/map_database.h"
@@ -30,11 +30,8 @@ namespace {
 using SQLite::Database;
 
 constexpr std::int64_t kLastLandmark = (std::int64_t{1} << 56) - 1;  // what a Key holds
-/// Of landmarks that the program numbers: a session has a track for each number, 300 MB.
-constexpr std::int64_t kLastNumber = 1000000;
-constexpr int kMostClasses = 10000;   // some half of those of the largest set of labelled pictures
-constexpr int kMostThings = 1000000;  // that a landmark stands for
-constexpr double kMostLoss = 1e6;     // [nat], where a prior says nothing any more
+constexpr int kMostClasses = 10000;  // some half of those of the largest set of labelled pictures
+constexpr double kMostLoss = 1e6;    // [nat], where a prior says nothing any more
 constexpr std::int64_t kMostSurfaces = 100000;  // of a local map, ten centimetres apart
 constexpr std::int64_t kFarthest = 100000;      // [mm], what a local map reaches
 constexpr std::int64_t kHalfTurn = 3142;        // [mrad]
@@ -184,10 +181,6 @@ std::map<std::int64_t, std::size_t> read_landmarks(Database& database, MapRecord
   while (rows.next()) {
     MapLandmark l;
     l.id = rows.whole(0, 0, kLastLandmark);
-    if (!out.identified && l.id > kLastNumber) {
-      throw Error(fmt::format("landmark {}: landmarks without ids of a log are numbered up to {}",
-                              l.id, kLastNumber));
-    }
     l.session = rows.count(1);
     l.position = Eigen::Vector3d{rows.real(2), rows.real(3), rows.real(4)};
     const double xx = rows.real(5), xy = rows.real(6), xz = rows.real(7), yy = rows.real(8),
@@ -227,8 +220,7 @@ void read_classes(Database& database, const std::map<std::int64_t, std::size_t>&
     MapLandmark& l = out.landmarks[landmark_at(place, rows.whole(0, 0, kLastLandmark))];
     const std::int64_t c = rows.whole(1);
     const double p = rows.real(2);
-    if (c != number(l.class_probabilities.size()) || c >= number(out.class_names.size()) ||
-        !(p >= 0 && p <= 1)) {
+    if (c != number(l.class_probabilities.size()) || c >= number(out.class_names.size())) {
       throw Error(fmt::format("landmark {} has class probabilities that make no sense", l.id));
     }
     l.class_probabilities.push_back(p);
@@ -280,8 +272,7 @@ void read_sizes(Database& database, const std::map<std::int64_t, std::size_t>& p
   while (rows.next()) {
     MapLandmark& l = out.landmarks[landmark_at(place, rows.whole(0, 0, kLastLandmark))];
     l.size.extent = rows.real(1);
-    l.size.things = static_cast<int>(rows.whole(2, 1, kMostThings));
-    if (!(l.size.extent >= 0)) throw Error(fmt::format("landmark {} has a negative extent", l.id));
+    l.size.things = rows.count(2);
   }
 }
 
@@ -307,9 +298,6 @@ void read_local_maps(Database& database, MapRecord& out) {
     const double xx = maps.real(5), xy = maps.real(6), xa = maps.real(7), yy = maps.real(8),
                  ya = maps.real(9), aa = maps.real(10);
     map.covariance << xx, xy, xa, xy, yy, ya, xa, ya, aa;
-    if (!(Eigen::LLT<Eigen::Matrix3d>(map.covariance).info() == Eigen::Success)) {
-      throw Error(fmt::format("a local map of session {} has no covariance", map.session));
-    }
     out.local_maps.push_back(std::move(map));
   }
   MapCells rows(database, "surface",
@@ -333,6 +321,13 @@ void read_local_maps(Database& database, MapRecord& out) {
 
 }  // namespace
 
+void refuse_faults(const MapRecord& record) {
+  const std::vector<std::string> faults = faults_of(record);
+  if (faults.empty()) return;
+  throw Error("is no sound map: " + faults.front() +
+              (faults.size() > 1 ? fmt::format(", and {} more", faults.size() - 1) : ""));
+}
+
 MapRecord read_rows(Database& database) {
   MapRecord out;
   out.is_3d = read_whole(database, "dimension", 2, 3) == 3;
@@ -352,6 +347,7 @@ MapRecord read_rows(Database& database) {
   } else if (latitude || longitude || direction) {
     throw Error("has a part of an origin only");
   }
+  refuse_faults(out);
   check_checksum(database);
   return out;
 }

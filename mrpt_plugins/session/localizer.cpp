@@ -136,6 +136,7 @@ std::optional<KnownStart> Localizer::look(const Mapper& mapper) {
   const std::size_t news = landmarks > asked_ ? landmarks - asked_ : asked_ - landmarks;
   if (news < kNews && ++waited_ < kPatience) return std::nullopt;
   asked_ = landmarks;
+  uses_ids_ = map_.identified && mapper.decisions().empty();
   waited_ = 0;
   return map_.is_3d ? look_in<SE3>(mapper) : look_in<SE2>(mapper);
 }
@@ -147,7 +148,7 @@ double Localizer::log_likelihood_ratio(std::int64_t id, const std::vector<double
       map_.landmarks[static_cast<std::size_t>(there_[static_cast<std::size_t>(of_map)])];
   const double ratio =
       same_class_log_likelihood_ratio(classes, there.class_probabilities, class_prior_);
-  if (!map_.identified) return ratio;
+  if (!uses_ids_) return ratio;
   return id == there.id ? ratio + std::log(there_.size()) : -kInfinity;  // the right one of so many
 }
 

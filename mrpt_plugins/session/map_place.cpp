@@ -6,14 +6,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/plugins/bearing_range_association.h"
 
 namespace hybrid {
+namespace {
+
+/// A robot that is in a map agrees with most known places that its scans fit; fewer tell nothing.
+constexpr double kMostPlaces = 2.0 / 3.0;
+constexpr double kFewPlaces = 10;
+
+/// Throws Error where new landmarks, which are numbered, would be among those with ids of logs.
+void refuse_numbers(const ReplaySettings& settings, const MapRecord& map) {
+  if (settings.map.localizes() || !map.identified || map.landmarks.empty()) return;
+  for (const auto& plugin : settings.plugins) {
+    if (dynamic_cast<const BearingRangeAssociation*>(plugin.get()) == nullptr) continue;
+    throw Error(
+        settings.map.file +
+        ": its landmarks have the ids of logs, and those of this log would get numbers, which "
+        "later logs would take for ids; --map-mode localize, or map this log into another file");
+  }
+}
+
+}  // namespace
 
 MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
-                   const std::function<Provenance()>& provenance, bool is_3d)
-    : options_(settings.map) {
+                   const std::function<Provenance()>& provenance, bool is_3d, std::string doubt)
+    : options_(settings.map), doubt_(std::move(doubt)) {
   if (options_.file.empty()) {
     if (request.resume || options_.mode == "extend" || options_.localizes()) {
       throw Error("--resume, extend and localize need a map file: --map F.hmap, or [map] file");
@@ -25,13 +47,17 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
     throw Error(options_.file + ": a map file needs [solver] mode = bounded or incremental");
   }
   std::vector<std::string> logs;
-  for (const RobotSettings& robot : settings.robots) logs.push_back(robot.rawlog);
+  for (const RobotSettings& robot : settings.robots) {
+    logs.push_back(robot.rawlog);
+    is_given_ = is_given_ || given_start(robot.start, is_3d).has_value();
+  }
   run_.emplace(options_, provenance(), logs, request.resume, is_3d);
+  refuse_numbers(settings, run_->map());
 }
 
 const MapRecord& MapPlace::map() const {
   static const MapRecord none;
-  return run_ ? run_->map() : none;
+  return run_ && doubt_.empty() ? run_->map() : none;
 }
 
 void MapPlace::enter(Mapper& mapper, bool found) {
@@ -53,15 +79,32 @@ void MapPlace::pause(const Mapper& mapper) {
   if (writes()) run_->pause(mapper);
 }
 
+std::string MapPlace::doubt(const Mapper& mapper) const {
+  if (!run_ || lost_ || run_->map().local_maps.empty()) return "";
+  const std::map<std::string, double> figures = mapper.statistics();
+  const auto all = figures.find("known_places"), right = figures.find("known_places_accepted");
+  if (all == figures.end() || right == figures.end()) return "";
+  const bool is_alone = all->second == 0 && is_given_ && run_->map().landmarks.empty();
+  if (is_alone) return "none of its laser scans fits the map from the start that is given";
+  if (all->second < kFewPlaces || right->second >= kMostPlaces * all->second) return "";
+  return fmt::format("of {:.0f} places where laser scans fit the map, {:.0f} contradict the path",
+                     all->second, all->second - right->second);
+}
+
+void MapPlace::give_up(const std::string& doubt) {
+  run_->give_up();
+  doubt_ = doubt;
+  lost_ = true;
+}
+
 void MapPlace::tell(MapResult& result, Summary& summary) const {
   if (!run_) return;
   summary.uses_map = true;
   if (lost_ && summary.status == "ok") {
     summary.status = "partial";
     summary.message = fmt::format(
-        "not found in {}: no place of it stands out, so the frame is that of the first pose and "
-        "the map is as it was",
-        options_.file);
+        "not found in {}: {}, so the frame is that of the first pose and the map is as it was",
+        options_.file, doubt_.empty() ? "no place of it stands out" : doubt_);
   }
   if (!localizes()) return;
   const auto& known = run_->map().landmarks;

@@ -15,6 +15,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/sha256.h"
 #include "mrpt_plugins/rawlog/decoder.h"
 
@@ -235,7 +236,7 @@ void MapRun::pause(const Mapper& mapper) {
     if (i < written_.size() && apart(now.T_map_robot, written_[i].T_map_robot) < kMoved) continue;
     changed.emplace_back(i, now);
   }
-  file_->note(session_.id, changed, drafts(mapper));
+  write([&] { file_->note(session_.id, changed, drafts(mapper)); });
   for (const auto& [i, k] : changed) {
     if (i == written_.size()) {
       written_.push_back(k);
@@ -258,7 +259,27 @@ void MapRun::finish(const Mapper& mapper, const MapResult& result,
     local.session = session_.id;
     record.local_maps.push_back(std::move(local));
   }
-  file_->replace(record, before_commit);
+  write([&] { file_->replace(record, before_commit); });
+}
+
+void MapRun::give_up() {
+  if (begun_) file_->replace(map_);
+  begun_ = false;
+}
+
+/// Errors say that the session is in the file, too.
+template <class Work>
+void MapRun::write(const Work& work) const {
+  try {
+    work();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(
+        fmt::format("{}; session {} is interrupted: --resume goes on with it, 'hybrid-map "
+                    "prune --session {}' removes it",
+                    e.what(), session_.id, session_.id));
+  }
 }
 
 MapRecord MapRun::after(const Mapper& mapper, const MapResult& result) const {

@@ -12,11 +12,11 @@
 namespace hybrid {
 
 Session::Session(const ReplayRequest& request, ReplaySettings& settings,
-                 const std::function<Provenance()>& provenance)
+                 const std::function<Provenance()>& provenance, const std::string& doubt)
     : settings_(settings),
       source_(open_logs(settings)),
       is_3d_(source_.is_3d()),
-      place_(request, settings, provenance, is_3d_),
+      place_(request, settings, provenance, is_3d_, doubt),
       team_(request, settings, place_.map(), is_3d_),
       plugins_(settings.plugins) {
   if (!team_.message().empty()) source_ = open_logs(settings);  // robots were left out
@@ -75,6 +75,15 @@ void Session::map(const Watch& watch) {
     if (signal_ != 0) place_.pause(*mapper_);
     return mapper_->finish();
   });
+}
+
+const MapRecord& Session::known() const {
+  static const MapRecord none;
+  return team_.is_in_map() ? place_.map() : none;
+}
+
+std::string Session::doubt() const {
+  return signal_ == 0 && team_.is_in_map() ? place_.doubt(*mapper_) : "";
 }
 
 MapResult Session::result() const {

@@ -165,6 +165,20 @@ TEST_F(MapTest, RefusesWhatDoesNotFitTheLog) {
   expect_failure("-c " + at("a.ini") + " --map-mode localize --map " + at("b.hmap"), "no such map");
 }
 
+TEST_F(MapTest, ALogWithoutIdsIsLocatedInAMapOfIdsAndDoesNotExtendIt) {
+  cut_in_two();
+  const std::string known = " --set sensor.ids=log --set plugins.classes=BearingRangeKnownIds";
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first") + known).code, 0);
+  for (const std::string start : {"", " --set map.start=0,0,0"}) {
+    expect_refusal("hybrid-replay " + replay_of("second.rawlog", "a.hmap", "new") + start, "a.hmap",
+                   "its landmarks have the ids of logs");
+  }
+  const std::string localize = " --map-mode localize";
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "with") + known + localize).code, 0);
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "without") + localize).code, 0);
+  EXPECT_LT(distance("with/trajectory.tum", "without/trajectory.tum"), 0.02);
+}
+
 TEST_F(MapTest, RefusesFilesThatAreNoMapsOrDamaged) {
   ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
   const std::string map = read("a.hmap");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <vector>
@@ -93,6 +94,38 @@ TEST_F(ScanMapFileTest, ExtendsTheMap) {
   const Ran pruned = run_app("hybrid-map prune --session 2 " + at("a.hmap"));
   EXPECT_EQ(pruned.code, 0) << pruned.text;
   EXPECT_EQ(info().at("local_maps"), before);
+}
+
+TEST_F(ScanMapFileTest, AWrongStartIsNotTaken) {
+  const Json before = info();
+  for (const std::string mode : {"localize", "extend"}) {
+    for (const std::string start : {"5 5 90", "200 100 0"}) {
+      SCOPED_TRACE(mode + " from " + start);
+      const Json summary = replayed("--map-mode " + mode + " --set \"map.start=" + start + "\"", 2);
+      EXPECT_EQ(summary.at("status"), "partial");
+      EXPECT_NE(summary.at("message").get<std::string>().find("not found in"), std::string::npos);
+      EXPECT_TRUE(summary.at("localized_at").is_null());
+      EXPECT_EQ(info(), before);
+    }
+  }
+}
+
+TEST_F(ScanMapFileTest, TheGridIsOfAllThatTheMapHolds) {
+  const auto occupied = [this](const std::string& file) {
+    const std::string grid = read(file);
+    return std::count(grid.begin(), grid.end(), '\0');
+  };
+  const auto exported = [&] {
+    const Ran ran = run_app("hybrid-map export " + at("a.hmap") + " -o " + at("export"));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return occupied("export/map.pgm");
+  };
+  const auto first = occupied("first/map.pgm");
+  EXPECT_GT(exported(), first / 2);
+  EXPECT_TRUE(std::filesystem::exists(at("export/map.yaml")));
+  replayed("");
+  EXPECT_GT(occupied("out/map.pgm"), first * 2 / 3);
+  EXPECT_GT(exported(), first / 2);
 }
 
 TEST_F(ScanMapFileTest, AnotherPlaceIsNotFound) {

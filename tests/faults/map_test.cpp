@@ -185,6 +185,11 @@ TEST_F(MapFaults, AMapOutlivesAFullDisk) {
     EXPECT_EQ(ran.code, 1) << ran.text;
     EXPECT_EQ(ran.text.rfind("hybrid-replay: ", 0), 0u) << ran.text;
     EXPECT_NE(ran.text.find(folder.string()), std::string::npos) << ran.text;
+    if (ran.text.find("the map holds what it did") != std::string::npos) {
+      const auto sessions = info_of("a.hmap")["sessions"];
+      const bool told = ran.text.find("session 1 is interrupted: --resume") != std::string::npos;
+      EXPECT_EQ(told, !sessions.empty()) << ran.text;
+    }
     expect_resumes(whole);
   }
 }

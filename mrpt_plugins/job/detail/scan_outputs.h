@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/scan_archive.h"
@@ -28,9 +29,9 @@ class ScanOutputs {
   /// them, else odometry.
   void added(const StepRecord& step, const Keyframe& keyframe);
 
-  /// Adds the closures by scans to the result, and draws the grid of all of it. Call it once,
-  /// before the following.
-  void finish(MapResult& result);
+  /// Adds the closures by scans to the result, and draws the grid of all of it, with what is in the
+  /// `known` map that the robots are in. Call it once, before the following.
+  void finish(MapResult& result, const MapRecord& known);
 
   /// The scans that the grid is drawn of.
   const std::vector<KeyframeScans>& drawn() const { return drawn_; }

@@ -10,8 +10,12 @@
 /// The rows of the tables of a map file. All throw SQLite::Exception.
 namespace hybrid {
 
-/// Reads all tables. Throws Error where they contradict each other.
+/// Reads all tables. Throws Error where they contradict each other, or are
+/// not those of a map.
 MapRecord read_rows(SQLite::Database& database);
+
+/// Throws Error for a record that cannot be that of a map.
+void refuse_faults(const MapRecord& record);
 
 /// Makes the tables of a file those of `record`, where they were those of `before`.
 void write_rows(SQLite::Database& database, const MapRecord& record, const MapRecord& before);

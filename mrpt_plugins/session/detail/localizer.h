@@ -45,6 +45,7 @@ class Localizer {
   std::vector<double> class_prior_;
   std::vector<Eigen::Vector3d> path_;  // of all sessions
   double reach_ = 0;                   // a landmark nearer to the path was seen as a rule
+  bool uses_ids_ = false;              // those of the session are ids of a log, as those of the map
   std::size_t asked_ = 0, waited_ = 0;
 };
 

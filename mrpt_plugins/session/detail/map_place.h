@@ -18,10 +18,12 @@ namespace hybrid {
 class MapPlace {
  public:
   /// Opens the file. Throws Error, which names it.
+  /// `doubt` says why the robots are not in it, where that is known; else it is empty.
   MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
-           const std::function<Provenance()>& provenance, bool is_3d);
+           const std::function<Provenance()>& provenance, bool is_3d, std::string doubt);
 
-  /// The map before the session; without landmarks where there is none.
+  /// The map before the session; without landmarks where there is none, or the robots are not in
+  /// it.
   const MapRecord& map() const;
   /// Whether the log is located in a map that stays as it is.
   bool localizes() const { return run_ && run_->localizes() && !lost_; }
@@ -32,6 +34,11 @@ class MapPlace {
   void added(const Mapper& mapper);
   /// The replay stops before the end of the log.
   void pause(const Mapper& mapper);
+  /// At the end of the log: why robots that were taken to be in the map are not, or "". Known
+  /// places are most of those that scans of a robot in the map fit.
+  std::string doubt(const Mapper& mapper) const;
+  /// Takes back what was written of the session for this reason.
+  void give_up(const std::string& doubt);
   /// What summary and landmarks have to say of it.
   void tell(MapResult& result, Summary& summary) const;
   /// Whether the map is to be written.
@@ -44,7 +51,9 @@ class MapPlace {
  private:
   MapOptions options_;
   std::optional<MapRun> run_;
-  bool lost_ = false;  // no robot was found in the map
+  std::string doubt_;
+  bool is_given_ = false;  // a start, by the settings
+  bool lost_ = false;      // no robot was found in the map
 };
 
 }  // namespace hybrid

@@ -49,8 +49,12 @@ class MapRun {
   void finish(const Mapper& mapper, const MapResult& result,
               const std::vector<MapLocalMap>& local_maps,
               const std::function<void()>& before_commit);
+  /// Takes back what was written of the session: the robot is not in the map after all.
+  void give_up();
 
  private:
+  template <class Work>
+  void write(const Work& work) const;
   void choose_mode(const std::vector<std::string>& logs, bool resume);
   void refuse_again(const std::vector<std::string>& logs) const;
   bool same_run(const MapSession& other) const;

@@ -23,9 +23,10 @@ namespace hybrid {
 class Session {
  public:
   /// Opens logs and map file, and finds where the robots start; the settings keep those that are
-  /// found. Settings must live as long as this. Throws as replay does.
+  /// found. Settings must live as long as this. `doubt` says why the robots are not in the map
+  /// file, where an earlier run has told that. Throws as replay does.
   Session(const ReplayRequest& request, ReplaySettings& settings,
-          const std::function<Provenance()>& provenance);
+          const std::function<Provenance()>& provenance, const std::string& doubt);
 
   /// Reads the logs once to count their keyframes.
   std::size_t count_keyframes() const;
@@ -36,6 +37,10 @@ class Session {
   using Watch = std::function<void(const StepRecord&, const Keyframe&)>;
   /// Feeds the logs to the mapper, until the program is asked to stop, and solves to convergence.
   void map(const Watch& watch);
+  /// Why the robots, once mapped, are not where they were taken to be in the map file, or "".
+  std::string doubt() const;
+  /// Nothing of the session enters the map file, for this reason.
+  void give_up_place(const std::string& doubt) { place_.give_up(doubt); }
   /// The estimate, with the title of the settings.
   MapResult result() const;
   /// Writes the map file, unless a signal stopped the run; `show` is called when all is written and
@@ -45,6 +50,8 @@ class Session {
   const LogMerge& source() const { return source_; }
   const Team& team() const { return team_; }
   const MapPlace& place() const { return place_; }
+  /// The map before the session where the robots are in it, else an empty one.
+  const MapRecord& known() const;
   const Plugins& plugins() const { return plugins_; }
   Mapper& mapper() { return *mapper_; }
   const Mapper& mapper() const { return *mapper_; }

@@ -185,7 +185,12 @@ TEST_F(MapFileTest, HoldsNumbersThatMakeSense) {
   expect_refused_after("UPDATE landmark SET session = 9", "of a session 9 that is not there");
   expect_refused_after("UPDATE landmark SET id = 1 << 56 WHERE id = 20", "is 72057594037927936");
   expect_refused_after("UPDATE landmark SET id = -1 WHERE id = 0", "is -1, not from 0");
-  expect_refused_after("UPDATE landmark SET id = 9999999 WHERE id = 20", "are numbered up to");
+  expect_refused_after(
+      "UPDATE landmark SET id = 9999999 WHERE id = 20;"
+      "UPDATE landmark_class SET landmark = 9999999 WHERE landmark = 20;"
+      "UPDATE prior SET landmark = 9999999 WHERE landmark = 20;"
+      "UPDATE prior SET given = 9999999 WHERE given = 20",
+      "are numbered up to");
   expect_refused_after("UPDATE keyframe SET time = 9e999", "is not finite");
   expect_refused_after("UPDATE keyframe SET row = -1", "is -1, not from 0");
   expect_refused_after("UPDATE prior SET r11 = 9e999", "is not finite");
@@ -207,6 +212,36 @@ TEST_F(MapFileTest, HoldsLocalMapsOfTheirForm) {
   expect_refused_after("UPDATE local_map SET x = 9e999", "is not finite");
   expect_refused_after("UPDATE local_map SET aa = 0", "has no covariance");
   expect_refused_after("UPDATE surface SET x = x + 1 WHERE number = 3", "checksum");
+}
+
+TEST_F(MapFileTest, HoldsNothingThatAMapCannotBe) {
+  const std::string landmark = "UPDATE landmark SET ", local = "UPDATE local_map SET ";
+  expect_refused_after(landmark + "x = 1e300 WHERE id = 0", "landmark 0: it is at no place");
+  expect_refused_after(landmark + "z = 1", "landmark 0: it is not in the plane of the map, and 2");
+  expect_refused_after(landmark + "xy = 1000", "landmark 0: it has no covariance");
+  expect_refused_after(landmark + "xx = -1", "it has no covariance");
+  expect_refused_after(landmark + "xx = 1e-5, yy = 1e-5", "its covariance and the prior contradict");
+  expect_refused_after(landmark + "existence = -1e308", "no log odds of its existence");
+  expect_refused_after(landmark + "sightings = 2147483647", "no number of sightings");
+  expect_refused_after("UPDATE prior SET r11 = 1e-300 WHERE number = 0", "contradict");
+  expect_refused_after("UPDATE prior SET r12 = 1e200 WHERE number = 0", "contradict");
+  expect_refused_after("UPDATE landmark_size SET extent = 1e300", "an extent of more than");
+  expect_refused_after("UPDATE landmark_class SET probability = 0.6", "do not sum to 1");
+  expect_refused_after("UPDATE landmark_class SET probability = -0.5", "do not sum to 1");
+  expect_refused_after("UPDATE keyframe SET x = -1e8", "keyframe 0 of session 1 is at no place");
+  expect_refused_after("UPDATE keyframe SET time = 1e300", "is of no time");
+  expect_refused_after(local + "x = x + 1e8", "a local map of session 1 is at no place on Earth");
+  expect_refused_after(local + "angle = 1e300", "a local map of session 1 has no direction");
+  expect_refused_after(local + "xx = 1e8, yy = 1e8, aa = 1e8", "has no covariance");
+  expect_refused_after(local + "xy = 0.02", "has no covariance");
+}
+
+TEST_F(MapFileTest, WhatCouldNotBeReadAgainIsNotWritten) {
+  const std::string before = read("a.hmap");
+  MapRecord map = small_map();
+  map.local_maps.front().covariance *= 1e10;
+  EXPECT_THROW(MapFile(at("a.hmap")).replace(map), Error);
+  EXPECT_TRUE(read("a.hmap") == before);
 }
 
 TEST_F(MapFileTest, KnowsWhichFilesOfASessionAreLogsAndThePriorOfItsClasses) {
@@ -275,7 +310,7 @@ TEST_F(MapFileTest, WhatLandmarksCannotStandForIsRefused) {
   const std::string change = "UPDATE landmark_size SET ";
   expect_refused_after(change + "things = 0", "0");
   expect_refused_after(change + "things = 'x'", "no whole number");
-  expect_refused_after(change + "extent = -0.1", "landmark 10 has a negative extent");
+  expect_refused_after(change + "extent = -0.1", "landmark 10: it has a negative extent");
   expect_refused_after(change + "extent = 9e999", "finite");
   expect_refused_after("PRAGMA foreign_keys = OFF; " + change + "landmark = 7",
                        "rows of a landmark 7 that is not there");
