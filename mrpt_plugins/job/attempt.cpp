@@ -206,7 +206,12 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   RunReport report(request, settings, out);
   ScanOutputs scans(settings.keeps_scans, session.plugins());
   report.begin(session.mapper(), settings.title);
-  session.map(watch(session, watchers, movie, report, scans));
+  session.mapper().limit_work(conditions.most_work);
+  try {
+    session.map(watch(session, watchers, movie, report, scans));
+  } catch (const TooMuchWork&) {
+    return {request, {}, {}, false, false, session.mapper().work()};
+  }
 
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();
@@ -216,6 +221,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   Attempt made;
   made.request = request;
   made.path = result.trajectory;
+  made.work = mapper.work();
   made.outcome = {summarize(session, result), out.folder(), signal};
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;

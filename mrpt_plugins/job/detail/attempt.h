@@ -25,6 +25,7 @@ struct Attempt {
   Trajectory path;
   bool is_written = true;
   bool may_measure = false;  ///< the logs can be measured, and mapped again
+  double work = 0;           ///< what it took (Mapper::work)
 };
 
 /// Maps the logs, and writes the result where the conditions hold.
