@@ -227,6 +227,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
   summary.health = judge_run(request, settings, session.source().repeated_stamps(), mapper, result);
+  if (conditions.other == nullptr) judge_findings(settings, summary.health);
   made.is_written = conditions.want(summary.health, signal);
   if (!made.is_written) return made;
   tell_findings(settings, summary);
