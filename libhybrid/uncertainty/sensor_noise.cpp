@@ -24,6 +24,7 @@ constexpr std::size_t kFewestPairs = 50;       // five a part
 constexpr double kMostChance = 0.5;            // other things within the noise
 constexpr int kLags[] = {1, 2, 4, 8, 16, 32};  // frames
 constexpr double kLeastShare = 0.2;            // of pairs that are of one thing
+constexpr int kGrowthRounds = 5;
 
 /// What the residuals of the pairs of two frames disagree by, beside a motion common to all: sums
 /// of squares over what the variances explain, and those expected, for ranges and angles.
@@ -101,19 +102,40 @@ SensorNoise::Lag measure_lag(const PolarLog& log, std::size_t lag, bool by_state
   return out;
 }
 
-/// Relates how errors grow to successive sightings, and returns by how much they have grown over
-/// the longest time, for ranges and angles; 1 where that is within what noise is known to.
-Eigen::Vector2d growth_over(std::vector<SensorNoise::Lag>& lags) {
+/// Variances of sensor noise that is so many times as large, in ranges and angles.
+Components grown(Components variances, const Eigen::Vector2d& growth) {
+  for (const NoisePart part : {kRange, kRangeShare}) variances[part] *= growth[0] * growth[0];
+  for (const NoisePart part : {kAngle, kAcross}) variances[part] *= growth[1] * growth[1];
+  return variances;
+}
+
+/// What errors over the longest time are to those of the fit, for ranges and angles; 1 where they
+/// have grown by no more than noise is known to. The noise of the one shows in the other where the
+/// robot goes around things: both are asked again with what the other has come to.
+Eigen::Vector2d growth_over(const PolarLog& log, bool by_stated, const Components& variances,
+                            const std::vector<SensorNoise::Lag>& lags, std::size_t longest) {
   Eigen::Vector2d growth = Eigen::Vector2d::Ones();
   if (lags.empty()) return growth;
+  const SensorNoise::Lag &first = lags.front(), &last = lags.back();
+  const bool range = last.range > (1 + kSure) * first.range;
+  const bool angle = last.angle > (1 + kSure) * first.angle;
+  if (!range && !angle) return growth;
+  for (int round = 0; round < kGrowthRounds; ++round) {
+    const SensorNoise::Lag more = measure_lag(log, longest, by_stated, grown(variances, growth));
+    if (range) growth[0] *= more.range;
+    if (angle) growth[1] *= more.angle;
+  }
+  return growth.cwiseMax(1);
+}
+
+/// Relates how errors grow to successive sightings.
+void relate_to_first(std::vector<SensorNoise::Lag>& lags) {
+  if (lags.empty()) return;
   const SensorNoise::Lag first = lags.front();
   for (SensorNoise::Lag& lag : lags) {
     lag.range /= std::max(1e-9, first.range);
     lag.angle /= std::max(1e-9, first.angle);
   }
-  if (lags.back().range > 1 + kSure) growth[0] = lags.back().range;
-  if (lags.back().angle > 1 + kSure) growth[1] = lags.back().angle;
-  return growth;
 }
 
 /// The value of `of` for the fit to all rows, and its standard deviation.
@@ -215,9 +237,8 @@ NoiseFit fit_rows(const PolarLog& log, const PairMixture& mixture, bool& is_scal
 }
 
 /// Notes what was found, of the size that errors have grown to over the lags.
-void note_components(const NoiseFit& fit, SensorNoise& noise) {
+void note_components(const NoiseFit& fit, const Eigen::Vector2d& growth, SensorNoise& noise) {
   const Components& variances = fit.variances;
-  const Eigen::Vector2d growth = growth_over(noise.lags);
   const double r = noise.at_range, stated_range = noise.stated_range;
   const double stated_angle = noise.stated_angle;
   const bool scaled = noise.is_scaled;
@@ -266,9 +287,10 @@ bool SensorNoise::is_white() const {
   });
 }
 
-SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames) {
+namespace {
+
+SensorNoise measure(PolarLog log) {
   SensorNoise noise;
-  PolarLog log = polar_log(frames);
   if (log.frames.size() < kLogParts) {
     noise.unknown = "too few frames with detections";
     return noise;
@@ -287,14 +309,26 @@ SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames) {
   follow(mixture.pairs, log);
 
   const NoiseFit fit = fit_rows(log, mixture, noise.is_scaled);
+  std::size_t longest = 0;
   for (const int lag : kLags) {
     const SensorNoise::Lag measured =
         measure_lag(log, static_cast<std::size_t>(lag), noise.is_scaled, fit.variances);
     if (measured.pairs < kFewestPairs) continue;
     noise.lags.push_back(measured);
+    longest = static_cast<std::size_t>(lag);
   }
-  note_components(fit, noise);
+  const Eigen::Vector2d growth =
+      growth_over(log, noise.is_scaled, fit.variances, noise.lags, longest);
+  relate_to_first(noise.lags);
+  note_components(fit, growth, noise);
   return noise;
+}
+
+}  // namespace
+
+SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames) {
+  SensorNoise noise = measure(polar_log(frames, false));
+  return noise.unknown.empty() ? noise : measure(polar_log(frames, true));
 }
 
 }  // namespace hybrid

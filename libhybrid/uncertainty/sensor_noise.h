@@ -72,7 +72,8 @@ struct SensorNoise {
 /// Measures the noise without a map: each sighting is matched to the nearest of those of a few
 /// frames before, moved by odometry, both ways; wrong pairs are those of Poisson clutter, told from
 /// right ones by a mixture; and variances are fitted to what right ones disagree by, over several
-/// times between two sightings. Frames in the order of time.
+/// times between two sightings. Frames in the order of time. What depends on where a thing is seen
+/// from does not show while the robot rests: such frames count only where the others tell nothing.
 SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames);
 
 }  // namespace hybrid

@@ -14,18 +14,55 @@ namespace hybrid {
 namespace {
 
 constexpr double kMostComparisons = 2e6;  // of detections: a tenth of a second
+constexpr double kStretchFrames = 64;     // twice those over which errors that last show
 constexpr int kMatchings = 4, kMixtures = 8;
+// Between two frames a second apart: a robot that comes no farther is at rest.
+constexpr double kRestSeconds = 1, kRestShift = 0.05, kRestTurn = 0.02;  // s, m, rad
 
-/// How many frames from the first on can be compared within the budget.
-std::size_t affordable_frames(const std::vector<MovedSightings>& frames) {
-  double comparisons = 0, before = 0;
+/// The frames that saw something, by number; without `at_rest` those that the robot was moving at.
+std::vector<std::size_t> frames_to_use(const std::vector<MovedSightings>& frames, bool at_rest) {
+  std::vector<std::size_t> out;
+  std::size_t before = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto n = static_cast<double>(frames[i].sightings.seen.size());
-    comparisons += n * (n + before);
-    before = n;
-    if (comparisons > kMostComparisons) return i;
+    if (frames[i].chain != frames[before].chain) before = i;
+    while (before + 1 < i &&
+           frames[i].sightings.time - frames[before].sightings.time > kRestSeconds) {
+      ++before;
+    }
+    const SE3::Tangent moved =
+        frames[before].T_odometry_robot.between(frames[i].T_odometry_robot).log();
+    const bool moves = moved.head<3>().norm() > kRestShift || moved.tail<3>().norm() > kRestTurn;
+    if ((moves || at_rest) && !frames[i].sightings.seen.empty()) out.push_back(i);
   }
-  return frames.size();
+  return out;
+}
+
+/// The stretch of the log that each frame is of; -1: it is not used. All of `used` are, as far as
+/// the budget of comparisons goes; else successive ones in stretches that are evenly spread.
+std::vector<int> stretches_of(const std::vector<MovedSightings>& frames,
+                              const std::vector<std::size_t>& used) {
+  std::vector<int> out(frames.size(), -1);
+  std::vector<double> cost(used.size());
+  double all = 0, before = 0;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const auto n = static_cast<double>(frames[used[k]].sightings.seen.size());
+    all += cost[k] = n * (n + before);
+    before = n;
+  }
+  const double share = std::min(1.0, kMostComparisons / std::max(1.0, all));
+  const auto frames_to_have = share * static_cast<double>(used.size());
+  const auto count = static_cast<std::size_t>(
+      share < 1 ? std::clamp(frames_to_have / kStretchFrames, 1.0, static_cast<double>(kLogParts))
+                : 1);
+  std::vector<double> spent(count);
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const std::size_t stretch = k * count / used.size();
+    spent[stretch] += cost[k];
+    if (share == 1 || spent[stretch] <= kMostComparisons / static_cast<double>(count)) {
+      out[used[k]] = static_cast<int>(stretch);
+    }
+  }
+  return out;
 }
 
 void add_motion(const MovedSightings& moved, PolarFrame& frame) {
@@ -50,19 +87,20 @@ PolarSighting polar_sighting(const MeasuredPoint& measured, const SE3& T_odometr
 
 }  // namespace
 
-PolarLog polar_log(const std::vector<MovedSightings>& frames) {
+PolarLog polar_log(const std::vector<MovedSightings>& frames, bool at_rest) {
   PolarLog log;
   log.axes = 3;
   PolarFrame sums;
-  const std::size_t count = affordable_frames(frames);
-  for (std::size_t i = 0; i < count; ++i) {
+  const std::vector<int> stretches = stretches_of(frames, frames_to_use(frames, at_rest));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     const TimedSightings& seen = frames[i].sightings;
     PolarFrame frame = sums;
     frame.time = seen.time;
-    frame.chain = frames[i].chain;
+    // Stretches do not follow each other.
+    frame.chain = frames[i].chain * kLogParts + std::max(0, stretches[i]);
     add_motion(frames[i], frame);
     sums = frame;
-    if (seen.seen.empty()) continue;
+    if (stretches[i] < 0) continue;
     frame.T_odometry_sensor = frames[i].T_odometry_robot * seen.T_robot_sensor;
     for (std::size_t k = 0; k < seen.seen.size(); ++k) {
       if (seen.seen[k].z.size() < 3) log.axes = 2;

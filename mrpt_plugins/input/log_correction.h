@@ -66,7 +66,7 @@ struct NoiseRecord {
   std::optional<double> measured, sigma;
   double used = 0;
   std::string model;  ///< how what is used depends on the range; empty: as the log states
-  std::string why;    ///< nothing was measured; empty where it was
+  std::string why;    ///< nothing was measured that can be used; empty where it was
   std::vector<std::pair<double, double>> growth;  ///< of errors over a time [s], by a factor
 };
 

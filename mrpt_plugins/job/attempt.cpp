@@ -215,7 +215,12 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   RunReport report(request, settings, out);
   ScanOutputs scans(settings.keeps_scans, session.plugins());
   report.begin(session.mapper(), settings.title);
-  session.map(watch(session, watchers, movie, report, scans));
+  session.mapper().limit_work(conditions.most_work);
+  try {
+    session.map(watch(session, watchers, movie, report, scans));
+  } catch (const TooMuchWork&) {
+    return {request, {}, {}, false, false, false, session.mapper().work()};
+  }
   if (const std::string found = session.doubt(); !found.empty()) {
     session.give_up_place(found);
     if (may_repeat(request, settings)) {
@@ -232,6 +237,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   Attempt made;
   made.request = request;
   made.path = result.trajectory;
+  made.work = mapper.work();
   made.outcome = {summarize(session, result), out.folder(), signal};
   made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
                                 [](const auto& r) { return r.source.correction.hides_ids; });
@@ -239,6 +245,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
   summary.health = judge_run(request, settings, session.source().repeated_stamps(), mapper, result);
+  if (conditions.other == nullptr) judge_findings(settings, summary.health);
   made.is_written = conditions.want(summary.health, signal);
   if (!made.is_written) return made;
   tell_findings(settings, summary);

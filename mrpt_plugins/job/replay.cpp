@@ -20,6 +20,27 @@ namespace hybrid {
 namespace {
 
 constexpr int kMostMeasurements = 4;  // of the noise, each with a map
+/// All further maps together may take so many times the work of the first: a budget.
+constexpr double kMostWork = 10;
+
+/// Makes further maps of the logs, within the budget.
+class Attempts {
+ public:
+  Attempts(const Watchers& watchers, std::chrono::steady_clock::time_point start, double work)
+      : watchers_(watchers), start_(start), left_(kMostWork * work) {}
+
+  Attempt make(const ReplayRequest& request, Conditions conditions) {
+    conditions.most_work = left_;
+    Attempt made = attempt(request, watchers_, start_, conditions);
+    left_ -= made.work;
+    return made;
+  }
+
+ private:
+  const Watchers& watchers_;
+  std::chrono::steady_clock::time_point start_;
+  double left_;
+};
 
 /// Takes another map if it is one; a signal that stopped it counts in any case. Returns whether to
 /// go on.
@@ -54,8 +75,8 @@ std::vector<ReplayRequest> to_coarsen(const ReplayRequest& request, const Replay
 /// decided finer than could be told. Landmarks get an extent: the least with which what was bad is
 /// good. If there is none, the maps are compared with each other. No check may be bad that is
 /// clearly worse than that of the `first` map.
-void map_coarsely(const ReplayRequest& request, const Health& first, const Watchers& watchers,
-                  std::chrono::steady_clock::time_point start, Attempt& taken) {
+void map_coarsely(const ReplayRequest& request, const Health& first, Attempts& attempts,
+                  Attempt& taken) {
   const char* check = too_fine(taken.outcome.summary.health);
   if (check == nullptr) return;
   const auto is_good = [&](const Health& made, const Health& before) {
@@ -66,9 +87,10 @@ void map_coarsely(const ReplayRequest& request, const Health& first, const Watch
   const Summary fine = taken.outcome.summary;
   for (const ReplayRequest& given : to_coarsen(request, taken.request)) {
     for (const ReplayRequest& coarse : coarser(given, fine)) {
-      Attempt next = attempt(coarse, watchers, start, {&first, is_good, false, false});
+      Attempt next = attempts.make(coarse, {&first, is_good, false, false});
       const bool is_good_one = next.is_written;
-      if (!is_good_one && !has_spoilt(next.outcome.summary.health, first)) {
+      const bool is_whole = !next.path.empty();  // it was not given up
+      if (is_whole && !is_good_one && !has_spoilt(next.outcome.summary.health, first)) {
         requests.push_back(coarse);
         paths.push_back(next.path);
       }
@@ -78,15 +100,14 @@ void map_coarsely(const ReplayRequest& request, const Health& first, const Watch
   const std::size_t best = first_of_agreeing(paths);
   const auto is_any = [](const Health&, const Health&) { return true; };
   if (best > 0) {
-    take(attempt(requests[best], watchers, start, {&first, is_any, false, false}), taken);
+    take(attempts.make(requests[best], {&first, is_any, false, false}), taken);
   }
 }
 
 /// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes a
 /// map that is better. A doubtful map is made again where sign, clock or mounting of a sensor, or
 /// what ids are, is not as stated.
-void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
-                     std::chrono::steady_clock::time_point start, Attempt& taken) {
+void map_as_measured(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
   Health health = taken.outcome.summary.health;
   const IniFile::Settings configuration = taken.outcome.summary.provenance.configuration;
   const bool in_doubt = worst(health) == HealthVerdict::kDoubtful;
@@ -97,9 +118,9 @@ void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
     const bool again =
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
     if (!again) return;
-    Attempt next =
-        attempt(remedies.apply(request), watchers, start,
-                {&taken.outcome.summary.health, is_better, !changed, in_doubt, taken.had_no_ids});
+    Attempt next = attempts.make(
+        remedies.apply(request),
+        {&taken.outcome.summary.health, is_better, !changed, in_doubt, taken.had_no_ids});
     const Health made = next.outcome.summary.health;
     const std::vector<std::string> units = unit_words(next.outcome.summary.calibration);
     const bool calibrated_in_vain =
@@ -127,8 +148,9 @@ ReplayOutcome replay(const ReplayRequest& request,
   if (!taken.may_measure) return std::move(taken.outcome);
   try {
     const Health first = taken.outcome.summary.health;
-    map_as_measured(request, watchers, start, taken);
-    if (taken.outcome.signal == 0) map_coarsely(request, first, watchers, start, taken);
+    Attempts attempts(watchers, start, taken.work);
+    map_as_measured(request, attempts, taken);
+    if (taken.outcome.signal == 0) map_coarsely(request, first, attempts, taken);
   } catch (const Interrupted& e) {
     taken.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -104,6 +104,24 @@ void tell_findings(const ReplaySettings& settings, Summary& summary) {
   }
 }
 
+void judge_findings(const ReplaySettings& settings, Health& health) {
+  std::string sensors;
+  double count = 0;
+  for (const RobotSettings& robot : settings.robots) {
+    for (const NoiseRecord& record : robot.findings.noise) {
+      if (!record.measured || record.why.empty()) continue;
+      ++count;
+      sensors += fmt::format("{}{} {} {:.3g} {}", count > 1 ? ", " : "", record.sensor, record.kind,
+                             *record.measured, record.unit);
+    }
+  }
+  if (count == 0) return;
+  health.push_back(judged_entry(
+      "noise that was measured", count, {0, 0},
+      fmt::format("No sensor has the noise that was measured ({}): it is not used.", sensors),
+      "ids, sign and pose of the sensor, odometry"));
+}
+
 void warn(Summary& summary, const std::vector<std::string>& more) {
   summary.warnings.insert(summary.warnings.end(), more.begin(), more.end());
 }

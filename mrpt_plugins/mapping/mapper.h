@@ -5,7 +5,9 @@
 
 #include <array>
 #include <cstddef>
+#include <exception>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -33,6 +35,11 @@ struct RobotOptions {
   CalibrationOptions calibration;
   /// Whether each plugin gets to see what this robot observes; empty: all do.
   std::vector<bool> plugins;
+};
+
+/// A mapper has done more than it may.
+struct TooMuchWork : std::exception {
+  const char* what() const noexcept override { return "the map takes more work than it may"; }
 };
 
 /// The main loop of mapping: one keyframe in, one Delta to the back-end, one record out. Poses are
@@ -65,6 +72,13 @@ class Mapper {
 
   /// Solves to convergence.
   BackendReport finish();
+
+  /// What all updates have done: factors linearised and variables eliminated, which are the same on
+  /// any machine.
+  double work() const { return work_; }
+  /// From now on `add` and `finish` throw TooMuchWork where that exceeds `most`; the mapper is of
+  /// no use then.
+  void limit_work(double most) { most_work_ = most; }
 
   /// Trajectory, dead reckoning, landmarks with covariance and class, and the steps.
   MapResult result() const;
@@ -145,6 +159,7 @@ class Mapper {
             std::array<std::size_t, 3>& first);
   void note_start(const Delta& motion, const BackendReport& report);
   void count(const BackendReport& report);
+  void count_work(const BackendReport& report);
   void keep(const BackendReport& report);
   void keep(const Contribution& contribution);
   void keep_turned_down(const Contribution& contribution);
@@ -172,6 +187,7 @@ class Mapper {
   std::size_t measurements_ = 0;
   double plugin_ms_ = 0;  // time of the plugins for the newest keyframe
   double objective_ = 0;
+  double work_ = 0, most_work_ = std::numeric_limits<double>::infinity();
   std::optional<std::vector<MapChange>> events_;  // if recorded
 };
 

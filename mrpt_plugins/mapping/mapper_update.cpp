@@ -203,7 +203,12 @@ void Mapper::tell(std::size_t plugin, const Contribution& contribution, const Ba
   plugins_[plugin]->applied(outcome);
 }
 
+void Mapper::count_work(const BackendReport& report) {
+  work_ += report.relinearized + report.eliminated;
+}
+
 void Mapper::count(const BackendReport& report) {
+  count_work(report);
   ++updates_;
   if (!report.exact) ++updates_by_local_search_;
   objective_ = report.objective_after;
@@ -215,6 +220,7 @@ BackendReport Mapper::solve(BackendReport (Backend::*way)()) try {
   const auto start = std::chrono::steady_clock::now();
   BackendReport report = (backend_.get()->*way)();
   report.seconds = seconds_since(start);
+  count_work(report);
   keep(report);
   return report;
 } catch (const Error& e) {
@@ -266,6 +272,7 @@ BackendReport Mapper::revise(bool concluding) {
   work.objective_after = objective_;
   const std::size_t refusals = refusals_;
   for (bool again = true; again && refusals_ == refusals;) {
+    if (work_ > most_work_) throw TooMuchWork();
     const MapView map = view();
     const std::vector<Contribution> contributions = ask([&](std::size_t p) {
       return concluding ? plugins_[p]->conclude(map) : plugins_[p]->revise(map);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 
 #include "mrpt_plugins/session/judgement.h"
 #include "mrpt_plugins/settings/replay_settings.h"
@@ -17,6 +18,8 @@ struct Conditions {
   bool corrected = false;   ///< it is made only if something of the logs is corrected,
   bool aligned = false;     ///< which is more than noise
   bool had_no_ids = false;  ///< ids were hidden already in the map before
+  /// It is given up once it has taken more (Mapper::work).
+  double most_work = std::numeric_limits<double>::infinity();
 
   /// Whether these settings may give another map at all.
   bool allow(const ReplaySettings& settings) const;

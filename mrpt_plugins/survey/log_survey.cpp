@@ -16,10 +16,14 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostSurveyed = 20000;
-const double kSame = std::log(1.15);  // sigmas within that are the same
-constexpr double kWorthSaying = 1.5;  // factor between stated and used
+constexpr std::size_t kMostSurveyed = 20000, kStretch = 500;  // frames
+const double kSame = std::log(1.15);                          // sigmas within that are the same
+constexpr double kWorthSaying = 1.5;                          // factor between stated and used
 constexpr double kDegree = M_PI / 180;
+/// What measures ranges and directions knows them better: a share of the range, radians.
+constexpr double kMostNoise = 1.0 / 3;
+constexpr const char* kNoSensor =
+    "no sensor has such noise: ids, association, mounting or odometry are wrong";
 
 /// Detections of nothing but robots, whose ids last and which move, are left out.
 TimedSightings sightings_of(const DetectionFrame& frame, double time,
@@ -59,6 +63,17 @@ bool is_better(const SensorNoise& noise, const Measured& measured, double stated
   return noise.is_white() || !(stated > 0) || measured.value > stated;
 }
 
+/// Whether the pairs that were measured can be of one thing each.
+bool has_credible_range(const SensorNoise& noise) {
+  return noise.range.value <= kMostNoise * noise.at_range;
+}
+bool has_credible_angle(const SensorNoise& noise) {
+  return noise.angle.value <= kMostNoise;
+}
+bool is_credible(const SensorNoise& noise) {
+  return has_credible_range(noise) && has_credible_angle(noise);
+}
+
 /// One kind, of which `stated` and `measured` are standard deviations.
 NoiseRecord record_of(const std::string& sensor, const std::string& kind, const std::string& unit,
                       double stated, const Measured& measured) {
@@ -91,7 +106,37 @@ void remark_on(const NoiseRecord& r, const std::string& key, LogFindings& out) {
   out.remarks.push_back(fmt::format(
       "noise of {} {}: {}{} stated, {} +- {} measured{}, {} used ({} changes it)", r.sensor, r.kind,
       r.unit.empty() ? "factor " : "", digits(*r.stated) + (r.unit.empty() ? "" : " " + r.unit),
-      digits(*r.measured), digits(*r.sigma), at, used ? "measured is" : "stated is", key));
+      digits(*r.measured), digits(*r.sigma), at,
+      used            ? "measured is"
+      : r.why.empty() ? "stated is"
+                      : r.why + "; stated is",
+      key));
+}
+
+std::string name_of(const std::string& label) {
+  return label.empty() ? "the sensor" : "sensor " + label;
+}
+
+void remark_on(const AlignmentRecord& found, LogFindings& out) {
+  const std::string name = name_of(found.sensor);
+  if (found.mirrored) {
+    out.remarks.push_back(fmt::format(
+        "bearings of {} fit with the other sign, by {:.0f} standard deviations: taken so "
+        "([sensor] noise = stated changes it)",
+        name, found.mirror_sigmas));
+  }
+  if (found.yaw != 0) {
+    out.remarks.push_back(
+        fmt::format("{} is turned by {:.1f} +- {:.1f} degrees beside its stated "
+                    "pose: corrected ([sensor] noise = stated changes it)",
+                    name, found.yaw / kDegree, found.yaw_sigma / kDegree));
+  }
+  if (found.delay != 0) {
+    out.remarks.push_back(
+        fmt::format("{} is {:.3f} +- {:.3f} s behind the odometry: corrected "
+                    "([sensor] noise = stated changes it)",
+                    name, found.delay, found.delay_sigma));
+  }
 }
 
 std::string model_text(const NoiseModel& model, bool angle) {
@@ -115,12 +160,27 @@ void LogSurvey::add(const LogStep& step, const std::vector<DetectionFrame>& fram
   for (const DetectionFrame& frame : frames) {
     Sensor& sensor = sensors_[frame.sensor_label];
     if (!frame.has_range) sensor.directions_only = true;
-    if (!frame.has_range || sensor.frames.size() >= kMostSurveyed) continue;
+    if (!frame.has_range) continue;
     MovedSightings seen = moved(frame, step.time, sensor);
-    if (seen.sightings.seen.empty()) continue;
-    sensor.frames.push_back(std::move(seen));
-    sensor.since = {};
+    if (!seen.sightings.seen.empty()) keep(std::move(seen), sensor);
   }
+}
+
+/// Keeps a frame if its stretch is one that is kept; of those there are, every other one goes where
+/// they are too many.
+void LogSurvey::keep(MovedSightings seen, Sensor& sensor) const {
+  const std::size_t stretch = sensor.seen++ / kStretch;
+  if (stretch % sensor.every != 0) return;
+  if (sensor.frames.size() == kMostSurveyed) {
+    std::vector<MovedSightings> kept;
+    for (std::size_t i = 0; i < sensor.frames.size(); ++i) {
+      if (i / kStretch % 2 == 0) kept.push_back(std::move(sensor.frames[i]));
+    }
+    sensor.frames = std::move(kept);
+    sensor.every *= 2;
+  }
+  sensor.frames.push_back(std::move(seen));
+  sensor.since = {};
 }
 
 MovedSightings LogSurvey::moved(const DetectionFrame& frame, double time,
@@ -133,44 +193,51 @@ MovedSightings LogSurvey::moved(const DetectionFrame& frame, double time,
   return out;
 }
 
-AlignmentRecord LogSurvey::align(const std::string& label, const Sensor& sensor,
-                                 LogFindings& out) const {
+AlignmentRecord LogSurvey::align(const std::string& label, const Sensor& sensor) const {
   std::vector<TimedSightings> sightings;
   for (const MovedSightings& frame : sensor.frames) sightings.push_back(frame.sightings);
   const SensorAlignment found = estimate_sensor_alignment(path_, sightings);
-  SensorCorrection& correction = out.correction.sensors[label];
-  correction.mirrored = found.mirrored;
-  correction.yaw = found.yaw;
-  correction.delay = found.delay;
-  const std::string name = label.empty() ? "the sensor" : "sensor " + label;
-  if (found.mirrored) {
-    out.remarks.push_back(fmt::format(
-        "bearings of {} fit with the other sign, by {:.0f} standard deviations: taken so "
-        "([sensor] noise = stated changes it)",
-        name, found.mirror_sigmas));
-  }
-  if (found.yaw != 0) {
-    out.remarks.push_back(
-        fmt::format("{} is turned by {:.1f} +- {:.1f} degrees beside its stated "
-                    "pose: corrected ([sensor] noise = stated changes it)",
-                    name, found.yaw / kDegree, found.yaw_sigma / kDegree));
-  }
-  if (found.delay != 0) {
-    out.remarks.push_back(
-        fmt::format("{} is {:.3f} +- {:.3f} s behind the odometry: corrected "
-                    "([sensor] noise = stated changes it)",
-                    name, found.delay, found.delay_sigma));
-  }
   return {label,           found.mirrored, found.mirror_sigmas, found.yaw,
           found.yaw_sigma, found.delay,    found.delay_sigma,   found.unknown};
 }
 
-void LogSurvey::measure(const std::string& label, Sensor sensor, LogFindings& out,
-                        std::vector<SensorNoise>& noise) const {
+/// The noise of a sensor that is corrected.
+SensorNoise LogSurvey::noise_of(Sensor sensor, const SensorCorrection& correction) const {
+  for (std::size_t i = 0; i < sensor.frames.size(); ++i) {
+    align_frame(correction, path_, sensor.frames[i]);
+    // Stretches that do not follow each other: the motion between them is not known.
+    if (sensor.every > 1) sensor.frames[i].chain += static_cast<int>(i / kStretch);
+  }
+  return measure_sensor_noise(sensor.frames);
+}
+
+/// Measures how a sensor stands, and its noise. What it says of the one beside which it has a noise
+/// that no sensor has is not believed.
+SensorNoise LogSurvey::measure(const std::string& label, const Sensor& sensor,
+                               LogFindings& out) const {
   SensorCorrection& correction = out.correction.sensors[label];
-  for (MovedSightings& frame : sensor.frames) align_frame(correction, path_, frame);
-  noise.push_back(measure_sensor_noise(sensor.frames));
-  const SensorNoise& found = noise.back();
+  if (!aligns_) return noise_of(sensor, correction);
+  AlignmentRecord record = align(label, sensor);
+  correction.mirrored = record.mirrored;
+  correction.yaw = record.yaw;
+  correction.delay = record.delay;
+  SensorNoise noise = noise_of(sensor, correction);
+  if (!is_credible(noise) && !correction.is_none()) {
+    correction = {};
+    record.mirrored = false;
+    record.yaw = record.delay = 0;
+    record.unknown = std::string("beside what fits best, ") + kNoSensor;
+    out.remarks.push_back("sign, mounting and clock of " + name_of(label) +
+                          " stay as stated: " + record.unknown);
+    noise = noise_of(sensor, correction);
+  }
+  remark_on(record, out);
+  out.alignment.push_back(std::move(record));
+  return noise;
+}
+
+void LogSurvey::use(const std::string& label, const SensorNoise& found, LogFindings& out) const {
+  SensorCorrection& correction = out.correction.sensors[label];
   NoiseRecord range = record_of(label, "range", "m", found.stated_range, found.range);
   NoiseRecord angle = record_of(label, "angle", "rad", found.stated_angle, found.angle);
   for (NoiseRecord* r : {&range, &angle}) {
@@ -180,7 +247,9 @@ void LogSurvey::measure(const std::string& label, Sensor sensor, LogFindings& ou
       r->growth.emplace_back(lag.seconds, r == &range ? lag.range : lag.angle);
     }
   }
-  if (found.unknown.empty()) {
+  if (!has_credible_range(found)) range.why = kNoSensor;
+  if (!has_credible_angle(found)) angle.why = kNoSensor;
+  if (found.unknown.empty() && is_credible(found)) {
     if (options_.detections.sigma_range <= 0 && is_better(found, found.range, found.stated_range)) {
       correction.range =
           NoiseModel{found.is_scaled, found.range_factor, found.range_m, found.range_share};
@@ -207,7 +276,7 @@ void LogSurvey::use_odometry(const std::vector<SensorNoise>& noise, LogFindings&
     Measured least;
     for (const SensorNoise& n : noise) {
       const Measured& m = n.*kind;
-      if (!n.is_white() || !(m.value > 0)) continue;
+      if (!n.is_white() || !is_credible(n) || !(m.value > 0)) continue;
       if (!(least.value > 0) || m.sigma / m.value < least.sigma / least.value) least = m;
     }
     return least;
@@ -274,11 +343,9 @@ LogFindings LogSurvey::conclude() const {
       out.noise.push_back(std::move(angle));
       continue;
     }
-    if (aligns_) {
-      out.alignment.push_back(align(label, sensor, out));
-      delayed = delayed || out.alignment.back().delay != 0;
-    }
-    measure(label, sensor, out, noise);
+    noise.push_back(measure(label, sensor, out));
+    use(label, noise.back(), out);
+    delayed = delayed || out.correction.sensors[label].delay != 0;
   }
   if (!noise.empty()) use_odometry(noise, out);
   check_ids(out);

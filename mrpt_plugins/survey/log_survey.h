@@ -14,7 +14,8 @@
 namespace HYBRID_API hybrid {
 
 /// Measures noise, clocks and mountings of a log, without a map: see measure_sensor_noise and
-/// estimate_sensor_alignment. It keeps the first 20,000 frames with detections of each sensor.
+/// estimate_sensor_alignment. Of each sensor it keeps up to 20,000 frames with detections, in
+/// stretches that are evenly spread over the log.
 class LogSurvey {
  public:
   /// `aligns`: mountings and clocks are measured too, which those who calibrate them do otherwise.
@@ -35,12 +36,16 @@ class LogSurvey {
     std::vector<MovedSightings> frames;
     OdometryIncrement since;  ///< motion since the last of them
     bool directions_only = false;
+    std::size_t seen = 0;   ///< frames, kept or not
+    std::size_t every = 1;  ///< of so many stretches one is kept
   };
 
+  void keep(MovedSightings seen, Sensor& sensor) const;
   MovedSightings moved(const DetectionFrame& frame, double time, const Sensor& sensor) const;
-  AlignmentRecord align(const std::string& label, const Sensor& sensor, LogFindings& out) const;
-  void measure(const std::string& label, Sensor sensor, LogFindings& out,
-               std::vector<SensorNoise>& noise) const;
+  AlignmentRecord align(const std::string& label, const Sensor& sensor) const;
+  SensorNoise noise_of(Sensor sensor, const SensorCorrection& correction) const;
+  SensorNoise measure(const std::string& label, const Sensor& sensor, LogFindings& out) const;
+  void use(const std::string& label, const SensorNoise& found, LogFindings& out) const;
   void use_odometry(const std::vector<SensorNoise>& noise, LogFindings& out) const;
   void check_ids(LogFindings& out) const;
 

@@ -9,9 +9,9 @@
 
 namespace hybrid {
 
-/// The frames that saw something, as many as the budget of comparisons allows. In space if all
-/// detections are.
-PolarLog polar_log(const std::vector<MovedSightings>& frames);
+/// The frames that saw something, without `at_rest` those that the robot was moving at; as many as
+/// the budget of comparisons allows, from all parts of the log. In space if all detections are.
+PolarLog polar_log(const std::vector<MovedSightings>& frames, bool at_rest);
 
 /// The rows of a pair, one for each coordinate: of the two models of the noise, that by what is
 /// stated or that by the range.

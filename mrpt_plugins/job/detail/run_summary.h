@@ -17,6 +17,9 @@ void warn(Summary& summary, const std::vector<std::string>& more);
 /// Adds what was measured of the logs before they were mapped.
 void tell_findings(const ReplaySettings& settings, Summary& summary);
 
+/// Adds that what was measured of the logs is no noise of a sensor, where it is not.
+void judge_findings(const ReplaySettings& settings, Health& health);
+
 /// What a finished run says, apart from truth, robots and files.
 Summary summarize(const Session& session, const MapResult& result);
 

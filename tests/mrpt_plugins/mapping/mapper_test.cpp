@@ -112,6 +112,32 @@ TEST_P(Mapping, PerfectMeasurementsGiveThePerfectMap) {
   }
 }
 
+TEST(MapperWork, IsCountedAndLimited) {
+  IniFile ini("", "test.ini");
+  Mapper counted = make_mapper("BearingRangeKnownIds", false, ini);
+  Mapper same = make_mapper("BearingRangeKnownIds", false, ini);
+  Mapper limited = make_mapper("BearingRangeKnownIds", false, ini);
+  World world(false);
+  for (int i = 0; i < 20; ++i) {
+    const Keyframe keyframe = world.keyframe(i);
+    counted.add(keyframe);
+    same.add(keyframe);
+  }
+  EXPECT_GT(counted.work(), 20);
+  limited.limit_work(counted.work() / 2);
+  counted.finish();
+  same.finish();
+  EXPECT_EQ(counted.work(), same.work());
+  World again(false);
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 20; ++i) limited.add(again.keyframe(i));
+        limited.finish();
+      },
+      TooMuchWork);
+  EXPECT_LT(limited.work(), counted.work());
+}
+
 TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
   World world(is_3d_);
   Mapper mapper = make_mapper("ClassedBearingRangeKnownIds", is_3d_, ini_);

@@ -125,6 +125,49 @@ TEST(LogSurvey, IdsOfATrackerAreHidden) {
   EXPECT_TRUE(ids.noise.empty());
 }
 
+// What comes after the first 20,000 frames shows, too.
+TEST(LogSurvey, AllOfALongLogIsMeasured) {
+  DrivenWorld world;
+  world.things = 30;
+  world.frames = 500;
+  const DrivenLog good = drive(world);
+  world.range_m = 0.5;
+  const DrivenLog bad = drive(world);
+  LogSurvey survey({}, false);
+  for (int round = 0; round < 80; ++round) {
+    const DrivenLog& log = round < 48 ? good : bad;
+    for (std::size_t i = 0; i < log.frames.size(); ++i) {
+      LogStep step;
+      step.time = 1000 * round + log.frames[i].sightings.time;
+      if (i > 0) {
+        const SE3 motion =
+            log.frames[i - 1].T_odometry_robot.between(log.frames[i].T_odometry_robot);
+        step.odometry = OdometryIncrement{to_mrpt(motion), log.frames[i].motion_covariance, true};
+      }
+      survey.add(step, {frame_of(log.frames[i])});
+    }
+  }
+  const double range = *record(survey.conclude(), "range").measured;
+  EXPECT_GT(range, 0.15);
+  EXPECT_LT(range, 0.4);
+}
+
+// Ids that are given at random make pairs of any two things: that is no noise of a sensor.
+TEST(LogSurvey, ANoiseThatNoSensorHasIsNotUsed) {
+  DrivenWorld world;
+  world.range_m = 4;
+  world.stated_range = 0.2;
+  const LogFindings found = survey(world);
+  const NoiseRecord& range = record(found, "range");
+  ASSERT_TRUE(range.measured);
+  EXPECT_GT(*range.measured, 10 * world.stated_range);
+  EXPECT_EQ(range.used, *range.stated);
+  EXPECT_NE(range.why, "");
+  EXPECT_TRUE(found.correction.sensors.at("CAMERA").is_none());
+  EXPECT_EQ(found.correction.rotation, 1);
+  EXPECT_NE(found.remarks.front().find("no sensor has such noise"), std::string::npos);
+}
+
 TEST(LogSurvey, NothingToMeasureIsSaid) {
   EXPECT_TRUE(LogSurvey({}).conclude().noise.empty());
   DrivenWorld world;
