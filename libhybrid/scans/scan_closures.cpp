@@ -41,17 +41,6 @@ void refer_to_nearest(const LocalMap& map, ScanClosure& closure) {
   closure.mode.pose.motion = nearest->between(closure.mode.pose.motion);
 }
 
-/// All points of a local map, in its frame.
-std::vector<SurfacePoint> points_of(const ScanTracker& tracker, const LocalMap& local) {
-  std::vector<SurfacePoint> points;
-  for (std::size_t i = 0; i < local.count; ++i) {
-    const std::vector<SurfacePoint> seen =
-        transformed(local.poses[i], tracker.keyframes()[local.anchor + i].points);
-    points.insert(points.end(), seen.begin(), seen.end());
-  }
-  return points;
-}
-
 }  // namespace
 
 SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOptions& options) {
@@ -128,7 +117,7 @@ const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, const T
   if (kept.target == nullptr) {
     kept.target = std::make_shared<const MatchTarget>(
         make_match_target(name.is_stored ? stored_[name.number].points
-                                         : points_of(tracker, tracker.local_maps()[name.number])));
+                                         : tracker.points(tracker.local_maps()[name.number])));
     if (targets_.size() > kMostTargets) {
       const auto oldest = std::min_element(
           targets_.begin(), targets_.end(),
@@ -189,7 +178,7 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
 std::vector<LocalScans> local_scans(const ScanTracker& tracker) {
   std::vector<LocalScans> out;
   for (const LocalMap& local : tracker.local_maps()) {
-    out.push_back({local.anchor, joined(points_of(tracker, local))});
+    out.push_back({local.anchor, joined(tracker.points(local))});
   }
   return out;
 }

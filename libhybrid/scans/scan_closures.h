@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/key.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/scans/scan_match.h"
 #include "libhybrid/scans/scan_tracker.h"
@@ -32,6 +33,12 @@ struct StoredScans {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of that, in its tangent
   std::vector<SurfacePoint> points;
 };
+
+/// The variable of the place of stored scans in a graph: a map has one error in it, however often
+/// it is matched.
+inline Key place_key(std::size_t stored) {
+  return {'p', stored};
+}
 
 /// A relative pose between keyframes of different times, which may be false.
 struct ScanClosure {
@@ -57,6 +64,9 @@ class ScanClosureSearch {
   /// Scans of earlier drives to search, too, in the frame of the estimates.
   void store(std::vector<StoredScans> scans) { stored_ = std::move(scans); }
   const std::vector<StoredScans>& stored() const { return stored_; }
+  /// The way at which it searches again [m].
+  double next() const { return next_; }
+  void go_back_to(double next) { next_ = next; }
 
   /// Candidates of the newest keyframe, all modes of each; none while the way since the last search
   /// is short. `stored` tells the pose of a keyframe b in the frame of the stored scans a.
