@@ -89,6 +89,17 @@ class ScanClosureSearch {
     }
   };
   const MatchTarget& target(const ScanTracker& tracker, const TargetName& name);
+  /// The last metres of the way, which are matched jointly.
+  struct Stretch {
+    std::vector<SurfacePoint> points;                ///< in the frame of the last keyframe
+    double way = 0.0;                                ///< [m]
+    Eigen::Matrix3d walk = Eigen::Matrix3d::Zero();  ///< covariance of the motion along it
+    double shared = 1.0;                             ///< number of searches that share its points
+    void widen(double from_anchor, Eigen::Matrix3d& covariance) const;
+  };
+  Stretch present_stretch(const ScanTracker& tracker, const Relation& relation) const;
+  bool look(const ScanTracker& tracker, const Candidate& candidate, const TargetName& name,
+            const Relation& relation, const Stretch& stretch, std::vector<ScanClosure>& closures);
 
   ScanClosureOptions options_;
   double next_ = 0.0;  // way at which to search again
