@@ -11,8 +11,10 @@ namespace {
 
 /// Targets kept in memory; others are made again when needed.
 constexpr std::size_t kMostTargets = 40;
-/// Standard deviations that a window covers, and its least size [m], [rad].
-constexpr double kCovered = 3.0;
+/// Standard deviations that a window covers, and its least size [m], [rad]. Errors of a path have
+/// heavy tails, since some matches are wrong: this is what holds 99.7 % of a Student t of 4 degrees
+/// of freedom, by which the evidence for closures is judged, too.
+constexpr double kCovered = 6.6;
 constexpr double kLeastWindow = 0.4;
 constexpr double kLeastWindowTurn = 0.08;
 /// Points of a query closer than this are one [m].
@@ -41,15 +43,13 @@ void refer_to_nearest(const LocalMap& map, ScanClosure& closure) {
   closure.mode.pose.motion = nearest->between(closure.mode.pose.motion);
 }
 
-/// All points of a local map, in its frame.
-std::vector<SurfacePoint> points_of(const ScanTracker& tracker, const LocalMap& local) {
-  std::vector<SurfacePoint> points;
-  for (std::size_t i = 0; i < local.count; ++i) {
-    const std::vector<SurfacePoint> seen =
-        transformed(local.poses[i], tracker.keyframes()[local.anchor + i].points);
-    points.insert(points.end(), seen.begin(), seen.end());
-  }
-  return points;
+/// The first keyframe of the present local map within the last metres of a way.
+std::size_t begin_of_stretch(const ScanTracker& tracker, double length) {
+  const std::vector<ScanKeyframe>& keyframes = tracker.keyframes();
+  const double begin = keyframes.back().travelled - length;
+  std::size_t k = keyframes.size() - 1;
+  while (k > tracker.local_maps().back().anchor && keyframes[k - 1].travelled >= begin) --k;
+  return k;
 }
 
 }  // namespace
@@ -67,15 +67,13 @@ SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOption
 }
 
 std::vector<SurfacePoint> recent_points(const ScanTracker& tracker, double length) {
-  const std::vector<ScanKeyframe>& keyframes = tracker.keyframes();
   const LocalMap& map = tracker.local_maps().back();
-  const double begin = keyframes.back().travelled - length;
   const SE2& last = map.poses.back();
   std::vector<SurfacePoint> points;
-  for (std::size_t i = map.count; i-- > 0;) {
-    const ScanKeyframe& keyframe = keyframes[map.anchor + i];
-    if (i + 1 < map.count && keyframe.travelled < begin) break;
-    const std::vector<SurfacePoint> seen = transformed(last.between(map.poses[i]), keyframe.points);
+  const std::size_t begin = begin_of_stretch(tracker, length) - map.anchor;
+  for (std::size_t i = map.count; i-- > begin;) {
+    const std::vector<SurfacePoint> seen =
+        transformed(last.between(map.poses[i]), tracker.keyframes()[map.anchor + i].points);
     points.insert(points.end(), seen.begin(), seen.end());
   }
   return joined(points);
@@ -128,7 +126,7 @@ const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, const T
   if (kept.target == nullptr) {
     kept.target = std::make_shared<const MatchTarget>(
         make_match_target(name.is_stored ? stored_[name.number].points
-                                         : points_of(tracker, tracker.local_maps()[name.number])));
+                                         : tracker.points(tracker.local_maps()[name.number])));
     if (targets_.size() > kMostTargets) {
       const auto oldest = std::min_element(
           targets_.begin(), targets_.end(),
@@ -139,49 +137,78 @@ const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, const T
   return *targets_.at(name).target;
 }
 
+/// The last metres, and how they are known beside a match.
+ScanClosureSearch::Stretch ScanClosureSearch::present_stretch(const ScanTracker& tracker,
+                                                              const Relation& relation) const {
+  const std::size_t newest = tracker.keyframes().size() - 1;
+  const std::size_t begin = begin_of_stretch(tracker, options_.query_length);
+  Stretch stretch;
+  stretch.points = recent_points(tracker, options_.query_length);
+  stretch.way = tracker.keyframes()[newest].travelled - tracker.keyframes()[begin].travelled;
+  if (begin < newest) stretch.walk = relation(begin, newest).covariance;
+  stretch.shared = std::max(1.0, stretch.way / options_.every);
+  return stretch;
+}
+
+/// The places of a stretch walk at random relative to its end, and so does their mean by a third of
+/// that. The same holds for the map around the keyframe to which a closure refers, or from the
+/// anchor of stored scans to the place. Closures of successive searches share points and walk, so
+/// that each tells a share of what the stretch does.
+void ScanClosureSearch::Stretch::widen(double from_anchor, Eigen::Matrix3d& covariance) const {
+  const double steps = 2.0 / 3.0 + (way > 0.0 ? from_anchor / way : 0.0);
+  covariance = shared * (covariance + steps * walk);
+}
+
+/// Adds all poses at which the stretch under way matches a local map or stored scans; false where
+/// these cannot be seen from where it may be.
+bool ScanClosureSearch::look(const ScanTracker& tracker, const Candidate& candidate,
+                             const TargetName& name, const Relation& relation,
+                             const Stretch& stretch, std::vector<ScanClosure>& closures) {
+  const std::size_t newest = tracker.keyframes().size() - 1;
+  const std::size_t from = name.is_stored ? name.number : tracker.local_maps()[name.number].anchor;
+  const SearchWindow window = window_of(relation(from, newest), options_);
+  if (candidate.distance > options_.view + window.reach.maxCoeff()) return false;
+  const std::vector<MatchMode> modes =
+      match(stretch.points, target(tracker, name), window, options_.match);
+  const std::size_t first = closures.size();
+  for (const MatchMode& mode : modes) {
+    closures.push_back({from, newest, mode, static_cast<int>(modes.size()), first, name.is_stored});
+    const double from_anchor = mode.pose.motion.translation().norm();
+    if (!name.is_stored) refer_to_nearest(tracker.local_maps()[name.number], closures.back());
+    stretch.widen(name.is_stored ? from_anchor : 0.0, closures.back().mode.pose.covariance);
+  }
+  return true;
+}
+
 std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, const Poses& poses,
                                                    const Relation& relation,
                                                    const Relation& stored) {
   std::vector<ScanClosure> closures;
-  const std::size_t newest = tracker.keyframes().size() - 1;
   const double way = tracker.keyframes().back().travelled;
-  if (way < next_) return closures;
+  if (way < next_ || options_.most_maps == 0) return closures;
   next_ = way + options_.every;
-  std::vector<SurfacePoint> query;
-  const auto look = [&](const ScanClosure& found, const SearchWindow& window,
-                        const TargetName& name) {
-    if (query.empty()) query = recent_points(tracker, options_.query_length);
-    const std::vector<MatchMode> modes =
-        match(query, target(tracker, name), window, options_.match);
-    const std::size_t first = closures.size();
-    for (const MatchMode& mode : modes) {
-      closures.push_back(found);
-      closures.back().first_mode = first;
-      closures.back().mode = mode;
-      closures.back().modes = static_cast<int>(modes.size());
-      if (!name.is_stored) refer_to_nearest(tracker.local_maps()[name.number], closures.back());
-    }
-  };
+  const std::vector<Candidate> near = candidates(tracker, poses);
+  const std::vector<Candidate> near_stored =
+      stored_candidates(poses(tracker.keyframes().size() - 1));
+  if (near.empty() && near_stored.empty()) return closures;
+  const Stretch stretch = present_stretch(tracker, relation);
   std::vector<std::size_t> searched;
-  for (const Candidate& candidate : candidates(tracker, poses)) {
+  for (const Candidate& candidate : near) {
     if (static_cast<int>(searched.size()) >= options_.most_maps) break;
-    const LocalMap& map = tracker.local_maps()[candidate.map];
     const bool overlaps = std::any_of(searched.begin(), searched.end(), [&](std::size_t m) {
       return m + 1 == candidate.map || candidate.map + 1 == m;
     });
     if (overlaps) continue;
-    const SearchWindow window = window_of(relation(map.anchor, newest), options_);
-    if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
-    searched.push_back(candidate.map);
-    look({map.anchor, newest, {}, 1, 0, false}, window, {false, candidate.map});
+    const TargetName name{false, candidate.map};
+    if (look(tracker, candidate, name, relation, stretch, closures)) {
+      searched.push_back(candidate.map);
+    }
   }
-  if (stored_.empty() || options_.most_maps == 0) return closures;
   int left = options_.most_maps;
-  for (const Candidate& candidate : stored_candidates(poses(newest))) {
-    const SearchWindow window = window_of(stored(candidate.map, newest), options_);
-    if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
-    look({candidate.map, newest, {}, 1, 0, true}, window, {true, candidate.map});
-    if (--left == 0) break;
+  for (const Candidate& candidate : near_stored) {
+    if (left == 0) break;
+    const TargetName name{true, candidate.map};
+    left -= look(tracker, candidate, name, stored, stretch, closures) ? 1 : 0;
   }
   return closures;
 }
@@ -189,7 +216,7 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
 std::vector<LocalScans> local_scans(const ScanTracker& tracker) {
   std::vector<LocalScans> out;
   for (const LocalMap& local : tracker.local_maps()) {
-    out.push_back({local.anchor, joined(points_of(tracker, local))});
+    out.push_back({local.anchor, joined(tracker.points(local))});
   }
   return out;
 }

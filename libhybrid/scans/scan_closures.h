@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/key.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/scans/scan_match.h"
 #include "libhybrid/scans/scan_tracker.h"
@@ -32,6 +33,12 @@ struct StoredScans {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of that, in its tangent
   std::vector<SurfacePoint> points;
 };
+
+/// The variable of the place of stored scans in a graph: a map has one error in it, however often
+/// it is matched.
+inline Key place_key(std::size_t stored) {
+  return {'p', stored};
+}
 
 /// A relative pose between keyframes of different times, which may be false.
 struct ScanClosure {
@@ -57,6 +64,9 @@ class ScanClosureSearch {
   /// Scans of earlier drives to search, too, in the frame of the estimates.
   void store(std::vector<StoredScans> scans) { stored_ = std::move(scans); }
   const std::vector<StoredScans>& stored() const { return stored_; }
+  /// The way at which it searches again [m].
+  double next() const { return next_; }
+  void go_back_to(double next) { next_ = next; }
 
   /// Candidates of the newest keyframe, all modes of each; none while the way since the last search
   /// is short. `stored` tells the pose of a keyframe b in the frame of the stored scans a.
@@ -79,6 +89,17 @@ class ScanClosureSearch {
     }
   };
   const MatchTarget& target(const ScanTracker& tracker, const TargetName& name);
+  /// The last metres of the way, which are matched jointly.
+  struct Stretch {
+    std::vector<SurfacePoint> points;                ///< in the frame of the last keyframe
+    double way = 0.0;                                ///< [m]
+    Eigen::Matrix3d walk = Eigen::Matrix3d::Zero();  ///< covariance of the motion along it
+    double shared = 1.0;                             ///< number of searches that share its points
+    void widen(double from_anchor, Eigen::Matrix3d& covariance) const;
+  };
+  Stretch present_stretch(const ScanTracker& tracker, const Relation& relation) const;
+  bool look(const ScanTracker& tracker, const Candidate& candidate, const TargetName& name,
+            const Relation& relation, const Stretch& stretch, std::vector<ScanClosure>& closures);
 
   ScanClosureOptions options_;
   double next_ = 0.0;  // way at which to search again

@@ -32,11 +32,20 @@ class ScanMapper {
   /// searched for closures, too.
   void adopt(std::vector<StoredScans> stored, const UncertainMotion& start);
 
-  /// `odometry` is the motion since the last scan, if known.
+  /// `odometry` is the motion since the last scan, if known. If it throws, nothing has changed.
   TrackedScan add(const LaserScan& scan, const std::optional<SE2>& odometry = std::nullopt);
   /// The same for points in the frame of the robot, e.g. of several scanners.
   TrackedScan add(const std::vector<SurfacePoint>& points, const std::optional<SE2>& odometry,
                   KeyframeRule rule = KeyframeRule::kByMotion);
+  /// A place to go back to while no keyframe has come since, as where one of the scans that belong
+  /// together cannot be used.
+  struct Mark {
+    ScanTracker::Mark tracker;
+    std::size_t scans = 0;
+    double next_search = 0.0;
+  };
+  Mark mark() const { return {tracker_.mark(), scans_.size(), search_.next()}; }
+  void roll_back(const Mark& mark);
   /// Decides all closures again and solves to convergence.
   void finish();
 
@@ -59,8 +68,9 @@ class ScanMapper {
   };
   void add_keyframe(const TrackedScan& tracked);
   UncertainMotion relation(std::size_t a, std::size_t b) const;
-  UncertainMotion stored_relation(std::size_t stored, std::size_t keyframe) const;
-  void insert_stored(const std::vector<ScanClosure>& found);
+  UncertainMotion motion_to(const TrackedScan& tracked) const;
+  std::vector<ScanClosure> search(const Delta& motion, const TrackedScan& tracked);
+  void insert_stored(const std::vector<ScanClosure>& found, Delta& delta) const;
 
   ScanMapperOptions options_;
   ScanTracker tracker_;

@@ -49,6 +49,11 @@ double rotation_sigma(double distance, double turn) {
 
 }  // namespace
 
+UncertainMotion operator*(const UncertainMotion& a, const UncertainMotion& b) {
+  const Eigen::Matrix3d Ad = b.motion.inverse().adjoint();
+  return {a.motion * b.motion, Ad * a.covariance * Ad.transpose() + b.covariance};
+}
+
 UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother) {
   const SE2 motion = smoother.values().at<SE2>(a).between(smoother.values().at<SE2>(b));
   Eigen::MatrixXd J(3, 6);

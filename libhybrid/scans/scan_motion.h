@@ -22,6 +22,9 @@ struct UncertainMotion {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
 };
 
+/// One motion after another, whose errors are independent.
+UncertainMotion operator*(const UncertainMotion& a, const UncertainMotion& b);
+
 /// Where pose b of a map is, seen from pose a.
 UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother);
 

@@ -115,11 +115,13 @@ double ScanTracker::share_in_view(const std::vector<SurfacePoint>& points, const
 /// The best pose in a window becomes `best` where it has better odds.
 void ScanTracker::search(const std::vector<SurfacePoint>& points, const UncertainMotion& predicted,
                          const SearchWindow& window, ScanAlignment& best) {
-  if (!target_) target_ = make_match_target(map_points_);
+  if (!target_) {
+    target_ = std::make_shared<MatchTarget>(make_match_target(this->points(maps_.back())));
+  }
   MatchOptions options;
   options.min_inliers = options_.min_inliers;
   for (const MatchMode& mode : match(points, *target_, window, options)) {
-    const ScanAlignment other = align(points, surfaces_, mode.pose.motion);
+    const ScanAlignment other = align(points, *surfaces_, mode.pose.motion);
     if (log_odds(other, predicted) > log_odds(best, predicted)) best = other;
   }
 }
@@ -128,11 +130,11 @@ ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points,
                                    const UncertainMotion& predicted) {
   AlignmentOptions options;
   options.prior = predicted.covariance.inverse();
-  ScanAlignment best = align(points, surfaces_, predicted.motion, options);
+  ScanAlignment best = align(points, *surfaces_, predicted.motion, options);
   if (points.empty() || best.inliers >= kDoubtful) return best;
   // Odometry may be late: the robot stands, or goes on as before.
   for (const SE2& start : {pose_, pose_ * last_motion_}) {
-    const ScanAlignment other = align(points, surfaces_, start, options);
+    const ScanAlignment other = align(points, *surfaces_, start, options);
     if (log_odds(other, predicted) > log_odds(best, predicted)) best = other;
   }
   if (best.inliers >= kDoubtful) return best;
@@ -160,12 +162,36 @@ bool ScanTracker::is_due(const SE2& from_last, double inliers, KeyframeRule rule
   return inliers < options_.familiar && (distance > kDenseDistance || turn > kDenseTurn);
 }
 
-void ScanTracker::add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose) {
-  maps_.back().poses.push_back(pose);
-  ++maps_.back().count;
-  maps_.back().is_blind = maps_.back().is_blind && points.size() < kFewPoints;
-  const std::vector<SurfacePoint> seen = transformed(pose, points);
-  map_points_.insert(map_points_.end(), seen.begin(), seen.end());
+std::vector<SurfacePoint> ScanTracker::points(const LocalMap& map) const {
+  std::vector<SurfacePoint> points;
+  for (std::size_t i = 0; i < map.count; ++i) {
+    const std::vector<SurfacePoint> seen =
+        transformed(map.poses[i], keyframes_[map.anchor + i].points);
+    points.insert(points.end(), seen.begin(), seen.end());
+  }
+  return points;
+}
+
+ScanTracker::Mark ScanTracker::mark() const {
+  if (maps_.empty()) return {*this, 0, 0};
+  return {*this, keyframes_.size(), maps_.size(), maps_.back().count, maps_.back().is_blind};
+}
+
+void ScanTracker::roll_back(const Mark& mark) {
+  static_cast<ScanTrackerState&>(*this) = mark.state;
+  keyframes_.resize(mark.keyframes);
+  maps_.resize(mark.maps);
+  if (maps_.empty()) return;
+  maps_.back().count = mark.count;
+  maps_.back().poses.resize(mark.count);
+  maps_.back().is_blind = mark.is_blind;
+}
+
+void ScanTracker::add_to_map(std::size_t keyframe, const SE2& pose) {
+  LocalMap& map = maps_.back();
+  map.poses.push_back(pose);
+  ++map.count;
+  map.is_blind = map.is_blind && keyframes_[keyframe].points.size() < kFewPoints;
 }
 
 /// Begins a local map with the second half of the present one.
@@ -180,9 +206,8 @@ void ScanTracker::begin_map() {
   const SE2 anchor = before.poses[k];
   maps_.push_back({});
   maps_.back().anchor = before.anchor + k;
-  map_points_.clear();
   for (std::size_t i = k; i < before.count; ++i) {
-    add_to_map(keyframes_[before.anchor + i].points, anchor.between(before.poses[i]));
+    add_to_map(before.anchor + i, anchor.between(before.poses[i]));
   }
   pose_ = anchor.between(pose_);
 }
@@ -200,16 +225,15 @@ void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE
   if (is_lost_) {
     maps_.push_back({});
     maps_.back().anchor = keyframes_.size() - 1;
-    map_points_.clear();
     pose_ = SE2();
   }
-  add_to_map(points, pose_);
+  add_to_map(keyframes_.size() - 1, pose_);
   const LocalMap& map = maps_.back();
   if (map.count > 2 && (travelled - keyframes_[map.anchor].travelled > options_.map_length ||
                         map.count > options_.map_keyframes)) {
     begin_map();
   }
-  surfaces_ = SurfaceMap(map_points_);
+  surfaces_ = std::make_shared<SurfaceMap>(this->points(maps_.back()));
   target_.reset();
 }
 

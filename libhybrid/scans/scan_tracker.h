@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -64,9 +65,28 @@ struct TrackedScan {
 
 enum class KeyframeRule { kByMotion, kAlways, kNever };
 
+/// What a ScanTracker notes of the last scans.
+class ScanTrackerState {
+ protected:
+  std::shared_ptr<const SurfaceMap> surfaces_ = std::make_shared<SurfaceMap>();
+  std::shared_ptr<const MatchTarget> target_;  // of the last local map, once needed
+  OdometryNoise noise_;
+  SE2 pose_;                       // of the last scan in the last local map
+  SE2 last_motion_;                // between the last two scans
+  SE2 since_keyframe_;             // by odometry, corrected
+  SE2 stated_;                     // the same as odometry states it
+  double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
+  bool has_odometry_ = true;       // for every scan since the last keyframe
+  bool is_lost_ = false;           // a scan since the last keyframe agreed with no map
+  bool was_lost_ = false;          // the same at the last keyframe
+  std::size_t lost_ = 0;
+  // Errors of the predictions of the last scans, decaying means [m].
+  double odometry_error_ = 0.0, steady_error_ = 0.0;
+};
+
 /// Follows a robot by its scans: each is aligned with a local map of the last metres, from where
 /// odometry, if there is any, or a steady motion predicts it. Knows no map as a whole.
-class ScanTracker {
+class ScanTracker : private ScanTrackerState {
  public:
   explicit ScanTracker(const ScanTrackerOptions& options = {}) : options_(options) {}
 
@@ -80,6 +100,18 @@ class ScanTracker {
   const std::vector<LocalMap>& local_maps() const { return maps_; }
   const OdometryNoise& odometry_noise() const { return noise_; }
   std::size_t lost() const { return lost_; }  ///< scans that agreed with no local map
+  /// All points of a local map, in its frame.
+  std::vector<SurfacePoint> points(const LocalMap& map) const;
+
+  /// A place to go back to while one keyframe at most has come since.
+  struct Mark {
+    ScanTrackerState state;
+    std::size_t keyframes = 0, maps = 0;
+    std::size_t count = 0;  // of keyframes in the last local map
+    bool is_blind = true;   // that map
+  };
+  Mark mark() const;
+  void roll_back(const Mark& mark);
 
  private:
   std::optional<SE2> advance(const std::optional<SE2>& stated);
@@ -97,26 +129,11 @@ class ScanTracker {
                     const Eigen::Matrix3d& covariance);
   void begin_keyframe();
   void begin_map();
-  void add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose);
+  void add_to_map(std::size_t keyframe, const SE2& pose);
 
   ScanTrackerOptions options_;
   std::vector<ScanKeyframe> keyframes_;
   std::vector<LocalMap> maps_;
-  std::vector<SurfacePoint> map_points_;
-  SurfaceMap surfaces_;
-  std::optional<MatchTarget> target_;  // of map_points_, once needed
-  OdometryNoise noise_;
-  SE2 pose_;                       // of the last scan in the last local map
-  SE2 last_motion_;                // between the last two scans
-  SE2 since_keyframe_;             // by odometry, corrected
-  SE2 stated_;                     // the same as odometry states it
-  double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
-  bool has_odometry_ = true;       // for every scan since the last keyframe
-  bool is_lost_ = false;           // a scan since the last keyframe agreed with no map
-  bool was_lost_ = false;          // the same at the last keyframe
-  std::size_t lost_ = 0;
-  // Errors of the predictions of the last scans, decaying means [m].
-  double odometry_error_ = 0.0, steady_error_ = 0.0;
 };
 
 }  // namespace hybrid

@@ -61,6 +61,12 @@ void use_measured_odometry(const std::vector<std::shared_ptr<MappingPlugin>>& pl
   }
 }
 
+bool follow_scans(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
+  return std::any_of(plugins.begin(), plugins.end(), [](const auto& plugin) {
+    return dynamic_cast<const ScanFollower*>(plugin.get()) != nullptr;
+  });
+}
+
 }  // namespace
 
 Mapper::Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
@@ -119,6 +125,9 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
     note("odometry dropped: not usable", e.what());
     motion = predict_from(nullptr);
     report = update(motion.delta, {});
+  }
+  if (!keyframe.scans.empty() && follow_scans(plugins_) && backend_->keeps_all()) {
+    backend_->hold(pose_key(steps_.size()));  // any later scan may match what this one saw
   }
   robot().last_mode = motion.mode;
   robot().T_odometry_robot = motion.T_odometry_robot;

@@ -28,7 +28,8 @@ struct MeasuredClosure : ScanClosureEstimate {
   SE2 T_from_to;
 };
 
-/// What a mapping plugin is besides that follows robots by their scans.
+/// What a mapping plugin is besides that follows robots by their scans. Keyframes with scans stay
+/// in the graph of a bounded window: it may tie any of them to later ones, or set it free again.
 class ScanFollower {
  public:
   virtual ~ScanFollower() = default;

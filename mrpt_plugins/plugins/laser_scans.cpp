@@ -125,6 +125,23 @@ TrackedScan LaserScans::track(Robot& robot, const Frame& frame, std::optional<SE
   return {};
 }
 
+/// The same, of all scans of a frame or of none: where one throws, the next frame is matched as if
+/// this one had had no scans.
+TrackedScan LaserScans::track_all(Robot& robot, const Frame& frame, const MapView& map,
+                                  std::vector<SE2>& T_before_scan) {
+  const ScanMapper::Mark before = robot.mapper.mark();
+  if (robot.keys.size() == robot.keys.capacity()) robot.keys.reserve(2 * robot.keys.size() + 1);
+  try {
+    const TrackedScan tracked = track(robot, frame, motion_to(robot, frame, map), T_before_scan);
+    robot.keys.push_back(frame.pose);
+    return tracked;
+  } catch (...) {
+    robot.mapper.roll_back(before);
+    robot.is_next = false;
+    throw;
+  }
+}
+
 /// Of scans and keyframe, whose poses in the frame of the keyframe before are given.
 ScanMotion LaserScans::motion_by(const Robot& robot, const TrackedScan& tracked,
                                  std::vector<SE2> T_before_scan) const {
@@ -152,14 +169,19 @@ void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, st
   }
 }
 
-/// Where stored scans say that a keyframe is.
-ContinuousFactorPtr LaserScans::place_factor(const Robot& robot, const ScanClosure& closure) const {
+/// Where stored scans say that a keyframe is. Their place is a variable from its first closure on.
+void LaserScans::add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
+                           Contribution& out) const {
   const StoredScans& scans = robot.mapper.stored()[closure.from];
+  const Key place = place_key(closure.from);
+  if (!map.values.contains(place) && !out.delta.values.contains(place)) {
+    out.delta.values.insert(place, scans.T_map_anchor);
+    out.delta.continuous.push_back(std::make_shared<Prior<SE2>>(
+        place, scans.T_map_anchor, Noise::covariance(scans.covariance)));
+  }
   const UncertainMotion& found = closure.mode.pose;
-  const Eigen::Matrix3d Ad = found.motion.inverse().adjoint();
-  const Eigen::Matrix3d covariance = found.covariance + Ad * scans.covariance * Ad.transpose();
-  return std::make_shared<Prior<SE2>>(robot.keys[closure.to], scans.T_map_anchor * found.motion,
-                                      Noise::covariance(covariance));
+  out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
+      place, robot.keys[closure.to], found.motion, Noise::covariance(found.covariance)));
 }
 
 /// Closures accepted since the last time come in, those no longer accepted go out.
@@ -173,7 +195,7 @@ void LaserScans::follow_closures(std::size_t number, const MapView& map, Contrib
     if (!accepted) {
       if (!map.keeps_all) continue;
       out.delta.remove.push_back(*robot.closures[k]);
-      robot.closures[k].reset();
+      leaving_.push_back({number, k, 0});
       continue;
     }
     const ScanClosure& closure = all[k];
@@ -182,13 +204,13 @@ void LaserScans::follow_closures(std::size_t number, const MapView& map, Contrib
     if (!is_newest && !map.holds(to)) continue;
     if (closure.is_stored) {
       if (map.is_3d) continue;
-      out.delta.continuous.push_back(place_factor(robot, closure));
+      add_place(robot, closure, map, out);
     } else {
       if (!map.holds(robot.keys[closure.from])) continue;
       add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map,
                  out);
     }
-    asked_.push_back({number, k});
+    asked_.push_back({number, k, out.delta.continuous.size() - 1});
     out.settle = true;
   }
 }
@@ -200,8 +222,19 @@ void LaserScans::expect(std::size_t robot, bool has_odometry) {
   next.lost_odometry = next.lost_odometry || !has_odometry;
 }
 
-Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
+/// Whether a closure is accepted and in the map, where a window may have no room for it.
+bool LaserScans::is_accepted(const Robot& robot, std::size_t closure) const {
+  return robot.mapper.status(closure) == ClosureStatus::kAccepted &&
+         closure < robot.closures.size() && robot.closures[closure];
+}
+
+void LaserScans::forget_asked() {
   asked_.clear();
+  leaving_.clear();
+}
+
+Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
+  forget_asked();
   motion_.reset();
   Robot& robot = robots_.try_emplace(robot_, options_).first->second;
   Contribution out;
@@ -210,11 +243,10 @@ Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
     return out;
   }
   std::vector<SE2> T_before_scan;
-  const TrackedScan tracked = track(robot, frame, motion_to(robot, frame, map), T_before_scan);
+  const TrackedScan tracked = track_all(robot, frame, map, T_before_scan);
   if (tracked.match) ++robot.matches;
   T_before_scan.resize(frame.scans.size(), tracked.T_before_scan);
-  if (!robot.keys.empty()) motion_ = motion_by(robot, tracked, std::move(T_before_scan));
-  robot.keys.push_back(frame.pose);
+  if (robot.keys.size() > 1) motion_ = motion_by(robot, tracked, std::move(T_before_scan));
   robot.is_next = true;
   robot.lost_odometry = false;
   if (tracked.match && map.holds(robot.keys[tracked.match->from])) {
@@ -225,16 +257,15 @@ Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
 }
 
 void LaserScans::applied(const Outcome& outcome) {
-  const std::vector<Handle>& handles = outcome.handles.continuous;
-  for (std::size_t i = 0; i < asked_.size(); ++i) {
-    robots_.at(asked_[i].robot).closures[asked_[i].closure] =
-        handles[handles.size() - asked_.size() + i];
+  for (const Asked& asked : asked_) {
+    robots_.at(asked.robot).closures[asked.closure] = outcome.handles.continuous[asked.factor];
   }
-  asked_.clear();
+  for (const Asked& gone : leaving_) robots_.at(gone.robot).closures[gone.closure].reset();
+  forget_asked();
 }
 
 Contribution LaserScans::conclude(const MapView& map) {
-  asked_.clear();
+  forget_asked();
   Contribution out;
   const bool is_first = !concluded_;
   concluded_ = true;
@@ -248,10 +279,13 @@ Contribution LaserScans::conclude(const MapView& map) {
 std::vector<MeasuredClosure> LaserScans::scan_closures() const {
   std::vector<MeasuredClosure> out;
   for (const auto& [number, robot] : robots_) {
-    const std::vector<ClosureDecision> decisions = robot.mapper.decisions();
+    std::vector<ClosureDecision> decisions = robot.mapper.decisions();
     for (std::size_t k = 0; k < decisions.size(); ++k) {
       const ScanClosure& closure = robot.mapper.closures()[k];
       if (closure.is_stored) continue;
+      if (decisions[k].accepted() && !is_accepted(robot, k)) {
+        decisions[k].status = ClosureStatus::kUndecided;
+      }
       out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
                       static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
                       closure.mode.inliers, closure.modes},
@@ -290,9 +324,8 @@ std::map<std::string, double> LaserScans::statistics() const {
     const ScanTracker& tracker = robot.mapper.tracker();
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
       const bool is_stored = robot.mapper.closures()[k].is_stored;
-      const bool is_accepted = robot.mapper.status(k) == ClosureStatus::kAccepted;
       ++(is_stored ? places : closures);
-      if (is_accepted) ++(is_stored ? places_accepted : accepted);
+      if (is_accepted(robot, k)) ++(is_stored ? places_accepted : accepted);
     }
     maps += double(tracker.local_maps().size());
     lost += double(tracker.lost());

@@ -27,7 +27,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
   bool takes_scans_between() const override { return true; }
   Contribution observe(const Frame& frame, const MapView& map) override;
   void applied(const Outcome& outcome) override;
-  void refused() override { asked_.clear(); }
+  void refused() override { forget_asked(); }
   Contribution conclude(const MapView& map) override;
   void expect(std::size_t robot, bool has_odometry) override;
   std::optional<ScanMotion> scan_motion() const override { return motion_; }
@@ -51,26 +51,33 @@ class LaserScans : public MappingPlugin, public ScanFollower {
     bool is_next = false;        // the frame before had scans, and odometry from there is known
     bool lost_odometry = false;  // since the last frame with scans
   };
+  /// A closure whose factor is to come in, or to leave.
   struct Asked {
     std::size_t robot = 0, closure = 0;
+    std::size_t factor = 0;  // number of that in the contribution
   };
 
   std::optional<SE2> motion_to(const Robot& robot, const Frame& frame, const MapView& map) const;
   TrackedScan track(Robot& robot, const Frame& frame, std::optional<SE2> from_before,
                     std::vector<SE2>& T_before_scan);
+  TrackedScan track_all(Robot& robot, const Frame& frame, const MapView& map,
+                        std::vector<SE2>& T_before_scan);
   ScanMotion motion_by(const Robot& robot, const TrackedScan& tracked,
                        std::vector<SE2> T_before_scan) const;
   void add_factor(const Robot& robot, const KeyframeMotion& motion, std::size_t to,
                   const MapView& map, Contribution& out) const;
-  ContinuousFactorPtr place_factor(const Robot& robot, const ScanClosure& closure) const;
+  void add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
+                 Contribution& out) const;
   void follow_closures(std::size_t number, const MapView& map, Contribution& out);
+  bool is_accepted(const Robot& robot, std::size_t closure) const;
+  void forget_asked();
 
   ScanMapperOptions options_;
   std::map<std::size_t, Robot> robots_;
   std::size_t robot_ = 0;             // whose frame it is
   std::optional<ScanMotion> motion_;  // to the frame observed last
-  /// Closures whose factors are the last ones of the contribution under way.
-  std::vector<Asked> asked_;
+  std::vector<Asked> asked_;          // by the contribution under way, to come in
+  std::vector<Asked> leaving_;        // and to leave
   bool concluded_ = false;
 };
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -70,6 +71,93 @@ TEST(ScanMapper, DoesTheSameAgain) {
     EXPECT_EQ(a.path[i].x(), b.path[i].x());
     EXPECT_EQ(a.path[i].angle(), b.path[i].angle());
   }
+}
+
+/// Maps a drive with noise of the ranges; returns where its keyframes were in truth.
+std::vector<SE2> drive_around(ScanMapper& mapper, double sigma, std::mt19937& random) {
+  const testing::FloorPlan plan = testing::ring();
+  const std::vector<SE2> way = testing::way_around_ring(2, 0.2);
+  std::normal_distribution<double> noise;
+  std::vector<SE2> keyframes;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    std::optional<SE2> odometry;
+    if (i > 0) {
+      odometry = way[i - 1].between(way[i]) *
+                 SE2(0.01 * noise(random), 0.005 * noise(random), 0.006 * noise(random));
+    }
+    if (mapper.add(plan.scan(way[i], 181, sigma, random), odometry).is_keyframe) {
+      keyframes.push_back(way.front().between(way[i]));
+    }
+  }
+  mapper.finish();
+  return keyframes;
+}
+
+/// Mean squared error of the poses in standard deviations, by degree of freedom: one if right.
+double nees(const ScanMapper& mapper, const std::vector<SE2>& truth) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k < truth.size(); ++k) {
+    const Eigen::Vector3d error = truth[k].between(mapper.pose(k)).log();
+    const Eigen::Matrix3d P = mapper.selection().smoother().joint_covariance({Key('x', k)});
+    sum += error.dot(P.ldlt().solve(error)) / 3.0;
+  }
+  return sum / double(truth.size() - 1);
+}
+
+// Matches of successive searches share points, and local maps are bent: neither a drive nor a later
+// one in its map is surer than it is right.
+TEST(ScanMapper, NeitherADriveNorALaterOneInItsMapIsTooSure) {
+  for (const double sigma : {0.02, 0.08}) {
+    SCOPED_TRACE(sigma);
+    std::mt19937 random(1);
+    ScanMapper first;
+    EXPECT_LT(nees(first, drive_around(first, sigma, random)), 2.0);
+    std::vector<StoredScans> stored;
+    for (const LocalScans& scans : local_scans(first.tracker())) {
+      stored.push_back({first.pose(scans.anchor),
+                        first.selection().smoother().joint_covariance({Key('x', scans.anchor)}),
+                        scans.points});
+    }
+    ScanMapper second;
+    second.adopt(stored, {SE2(), Eigen::Vector3d(1e-2, 1e-2, 1e-3).asDiagonal()});
+    EXPECT_LT(nees(second, drive_around(second, sigma, random)), 2.5);
+  }
+}
+
+// Errors of a path have heavy tails: what is five standard deviations off is found all the same.
+TEST(ScanClosureSearch, FindsWhatIsFartherThanThreeStandardDeviations) {
+  const testing::FloorPlan plan = testing::ring();
+  const std::vector<SE2> way = testing::way_around_ring(2, 0.25);
+  std::mt19937 random(1);
+  ScanTracker tracker;
+  std::vector<SE2> truth;
+  ScanClosureSearch search;
+  const SE2 drift(1.2, -0.8, 0.1);  // since the beginning
+  const auto relation = [&](std::size_t a, std::size_t b) {
+    const Eigen::Matrix3d covariance = Eigen::Vector3d(0.3, 0.3, 0.02).cwiseAbs2().asDiagonal();
+    return UncertainMotion{truth[a].between(truth[b] * drift), covariance};
+  };
+  std::size_t found = 0, searched = 0;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    std::optional<SE2> motion;
+    if (i > 0) motion = way[i - 1].between(way[i]);
+    const TrackedScan scan =
+        tracker.track(scan_points(plan.scan(way[i], 181, 0.01, random)), motion);
+    if (!scan.is_keyframe) continue;
+    truth.push_back(way[i]);
+    if (2 * i < way.size()) continue;
+    const auto closures = search.search(
+        tracker, [&](std::size_t k) { return truth[k] * drift; }, relation);
+    ++searched;
+    for (const ScanClosure& closure : closures) {
+      const SE2 off =
+          truth[closure.from].between(truth[closure.to]).between(closure.mode.pose.motion);
+      if (off.translation().norm() > 0.15) continue;
+      ++found;
+      break;
+    }
+  }
+  EXPECT_GT(3 * found, searched);
 }
 
 TEST(ScanMapper, NoScanAndBlindScansAreNoFault) {

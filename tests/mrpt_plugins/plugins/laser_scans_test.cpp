@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "tests/mrpt_plugins/plugins/beacon_world.h"
@@ -242,6 +244,36 @@ TEST(LaserScans, ThoseOfTwoRobotsAreNotMixed) {
     }
     EXPECT_LT(errors_of(own, drives[robot]).map, 0.15) << robot;
   }
+}
+
+MapResult map_of(RingDrive drive, const std::string& solver, std::map<std::string, double>& said) {
+  IniFile ini("[solver]\n" + solver, "test.ini");
+  Mapper mapper(read_motion_options(ini), {make_plugin("LaserScans", ini)},
+                make_backend(ini.section("solver")), false);
+  for (std::size_t i = 0; 2 * i < drive.way.size(); ++i) mapper.add(drive.keyframe(i));
+  mapper.finish();
+  said = mapper.statistics();
+  EXPECT_TRUE(mapper.warnings().empty());
+  return mapper.result();
+}
+
+// A bounded window keeps keyframes with scans, as full smoothing does: any of them may be one end
+// of a later closure.
+TEST(LaserScans, ABoundedWindowClosesLoopsToWhatIsOld) {
+  const RingDrive drive(1, 3);
+  std::map<std::string, double> full, bounded;
+  const MapResult right = map_of(drive, "mode = incremental", full);
+  const MapResult result = map_of(drive, "mode = bounded\ncomplete = 60\nsightings = 20", bounded);
+  EXPECT_EQ(bounded.at("scan_closures_accepted"), full.at("scan_closures_accepted"));
+  EXPECT_NEAR(errors_of(result, drive).map, errors_of(right, drive).map, 1e-6);
+}
+
+// In a window of the last keyframes there is no room for closures to older ones.
+TEST(LaserScans, ClosuresThatAreNotInTheMapAreNotSaidToBe) {
+  std::map<std::string, double> said;
+  map_of(RingDrive(1), "mode = fixed_lag\nlag = 20", said);
+  EXPECT_GT(said.at("scan_closures"), 20);
+  EXPECT_LT(said.at("scan_closures_accepted"), 0.3 * said.at("scan_closures"));
 }
 
 TEST(LaserScans, KeyframesWithoutScansAreSkipped) {
