@@ -169,11 +169,20 @@ void bind_batch(py::module_& m) {
         "`budget` relaxations the bound reached is returned, which is valid, too.");
 }
 
+/// An evaluation that is under way ends with its selection. Its thread may call factors written in
+/// Python, which needs the lock of the interpreter.
+struct WithoutLock {
+  void operator()(OnlineSelection* selection) const {
+    const py::gil_scoped_release unlocked;
+    delete selection;
+  }
+};
+
 void bind_online(py::module_& m) {
   FieldsClass<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
       .def_readonly("admitted", &SelectionReport::admitted, "Closures admitted.")
       .def_readonly("tried", &SelectionReport::tried);
-  py::class_<OnlineSelection>(
+  py::class_<OnlineSelection, std::unique_ptr<OnlineSelection, WithoutLock>>(
       m, "OnlineSelection",
       "Selects among closures that arrive pose by pose, on the incremental smoother.")
       .def(py::init<const OnlineSelectionOptions&>(), "options"_a = OnlineSelectionOptions())

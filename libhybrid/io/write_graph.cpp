@@ -46,7 +46,15 @@ class Writer {
     for (const auto& e : graph_.points3) edge("EDGE_SE3_TRACKXYZ", e, " 0");
     for (const auto& p : graph_.priors2) prior("EDGE_PRIOR_SE2", p);
     for (const auto& p : graph_.priors3) prior("EDGE_SE3_PRIOR", p, " 0");
-    for (const auto& p : graph_.positions2) prior("EDGE_PRIOR_SE2_XY", p);
+    for (const auto& p : graph_.positions2) {
+      if (!p.lever_arm.isZero(0)) {
+        throw Error("g2o has no form for a position in the plane with a lever arm, as of " +
+                    to_string(p.pose) +
+                    ": move the measurement to the pose, or write the graph in "
+                    "space");
+      }
+      prior("EDGE_PRIOR_SE2_XY", p);
+    }
     for (const auto& p : graph_.positions3) {
       prior("EDGE_SE3_XYZPRIOR", p, ' ' + std::to_string(arm(p.lever_arm)));
     }

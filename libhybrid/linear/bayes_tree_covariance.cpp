@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "libhybrid/core/detail/rank_update.h"
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/detail/substitute.h"
@@ -31,7 +32,7 @@ void turn_rows(const double* D, bool inverse, Eigen::Ref<Eigen::MatrixXd> rows) 
 /// z' z.
 Eigen::MatrixXd square(const Eigen::MatrixXd& z) {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(z.cols(), z.cols());
-  out.selfadjointView<Eigen::Lower>().rankUpdate(z.transpose());
+  rank_update(out, z.transpose(), 1.0);
   out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
   return out;
 }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 
+#include "libhybrid/core/detail/rank_update.h"
 #include "libhybrid/linear/detail/extended_cholesky_builder.h"
 
 namespace hybrid {
@@ -140,9 +141,7 @@ void ExtendedCholesky::Builder::eliminate_block(Front& front, int k, Matrix& F) 
   }
   if (behind == 0) return column.below.resize(0, dim);
   column.below.noalias() = F.block(start + dim, start, behind, dim) * column.root;
-  F.bottomRightCorner(behind, behind)
-      .template selfadjointView<Eigen::Lower>()
-      .rankUpdate(column.below, -1.0L);
+  rank_update(F.bottomRightCorner(behind, behind), column.below, -1.0L);
 }
 
 ExtendedCholesky::ExtendedCholesky(const ResidualLayout& layout, const double* J)

@@ -8,6 +8,7 @@
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_feed.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {
 
@@ -38,7 +39,8 @@ RobustResult solve_online(const PoseGraph& graph, const Values& initial, const T
     delta.continuous = std::move(known);
     const SelectionReport report = selection.update(delta, closures);
     if (report.status != UpdateReport::Status::kOk) {
-      throw Error("at pose " + std::to_string(pose.index()) + ": " + report.message);
+      throw Error("at pose " + vertex_name(pose.index()) + ": " +
+                  with_vertex_names(report.message));
     }
     result.iterations += report.rounds;
   }

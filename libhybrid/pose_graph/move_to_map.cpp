@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/move_variable.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
@@ -18,14 +19,17 @@ template <class Pose>
 std::optional<Pose> align_positions(
     const std::vector<GraphPosition<typename Pose::Point>>& positions, const Values& values) {
   constexpr int n = Pose::Point::RowsAtCompileTime;
-  if (positions.size() < std::size_t(n)) return std::nullopt;
   Eigen::Matrix<double, n, Eigen::Dynamic> estimated(n, positions.size()),
       measured(n, positions.size());
-  for (std::size_t k = 0; k < positions.size(); ++k) {
-    const auto column = static_cast<Eigen::Index>(k);
-    estimated.col(column) = values.at<Pose>(positions[k].pose) * positions[k].lever_arm;
-    measured.col(column) = positions[k].measured;
+  Eigen::Index count = 0;
+  for (const auto& position : positions) {
+    if (!values.contains(position.pose)) continue;
+    estimated.col(count) = values.at<Pose>(position.pose) * position.lever_arm;
+    measured.col(count++) = position.measured;
   }
+  if (count < n) return std::nullopt;
+  estimated.conservativeResize(n, count);
+  measured.conservativeResize(n, count);
   const Eigen::Matrix<double, n + 1, n + 1> T = Eigen::umeyama(estimated, measured, false);
   const Eigen::Matrix<double, n, n> R = T.template topLeftCorner<n, n>();
   const Eigen::Matrix<double, n, 1> t = T.template topRightCorner<n, 1>();
@@ -44,11 +48,13 @@ std::optional<Pose> motion_to_map(const PoseGraph& graph,
   const auto from = [&](Key key, const Pose& pose) {
     return Pose(pose * values.at<Pose>(key).inverse());
   };
-  if (!poses.empty()) return from(poses[0].pose, poses[0].measured);
+  for (const GraphPrior<Pose>& prior : poses) {
+    if (values.contains(prior.pose)) return from(prior.pose, prior.measured);
+  }
   if (const auto motion = align_positions<Pose>(positions, values)) return motion;
   if (graph.fixed.size() < 2) return std::nullopt;
   for (const Key key : graph.fixed) {
-    if (key.letter() == key_letter::kPose && graph.values.contains(key)) {
+    if (key.letter() == key_letter::kPose && graph.values.contains(key) && values.contains(key)) {
       return from(key, graph.values.at<Pose>(key));
     }
   }
@@ -57,30 +63,22 @@ std::optional<Pose> motion_to_map(const PoseGraph& graph,
 
 template <class Pose>
 void move(const Pose& motion, Values& values) {
-  for (const Key key : values.keys()) {
-    if (values.type(key) == Variable<Pose>::type()) {
-      Pose pose = motion * values.at<Pose>(key);
-      pose.normalize();
-      values.update(key, pose);
-    } else {
-      values.update(key, typename Pose::Point(motion * values.at<typename Pose::Point>(key)));
-    }
-  }
+  for (const Key key : values.keys()) move_variable(motion, key, values);
 }
 
 }  // namespace
 
-void move_to_map(const PoseGraph& graph, Values& values) {
-  if (values.empty()) return;
+bool move_to_map(const PoseGraph& graph, Values& values) {
   bool planar = false;
   for (const Key key : values.keys()) planar = planar || values.type(key) == Variable<SE2>::type();
   if (planar) {
     const auto motion = motion_to_map<SE2>(graph, graph.priors2, graph.positions2, values);
     if (motion) move(*motion, values);
-  } else {
-    const auto motion = motion_to_map<SE3>(graph, graph.priors3, graph.positions3, values);
-    if (motion) move(*motion, values);
+    return motion.has_value();
   }
+  const auto motion = motion_to_map<SE3>(graph, graph.priors3, graph.positions3, values);
+  if (motion) move(*motion, values);
+  return motion.has_value();
 }
 
 std::size_t erase_unseen_landmarks(PoseGraph& graph) {

@@ -2,67 +2,96 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/pose_graph/pose_feed.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <functional>
 #include <queue>
 #include <string>
-#include <unordered_map>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {
-namespace {
 
-using Neighbours = std::unordered_map<Key, std::vector<Key>>;
+using Neighbours = PoseFeed::Neighbours;
+
+namespace {
 
 bool is_pose(Key key) {
   return key.letter() == key_letter::kPose;
 }
 
-/// For each vertex, those that share a measurement with it.
-Neighbours connections(const std::vector<ContinuousFactorPtr>& factors) {
+/// For each vertex, those that share a measurement with it which connects.
+Neighbours connections(const std::vector<ContinuousFactorPtr>& factors,
+                       const std::vector<bool>& connects) {
   Neighbours neighbours;
-  for (const auto& factor : factors) {
-    for (Key a : factor->keys()) {
+  for (std::size_t f = 0; f < factors.size(); ++f) {
+    for (Key a : factors[f]->keys()) {
       std::vector<Key>& list = neighbours[a];
-      for (Key b : factor->keys()) {
-        if (a != b) list.push_back(b);
+      for (Key b : factors[f]->keys()) {
+        if (a != b && connects[f]) list.push_back(b);
       }
     }
   }
   return neighbours;
 }
 
-/// Poses from `first` on; the next one is always that of smallest id that a measurement connects to
-/// earlier ones.
-std::vector<Key> pose_order(Key first, const Neighbours& neighbours) {
-  std::vector<Key> order;
-  std::unordered_map<Key, bool> seen{{first, true}};
-  std::priority_queue<Key, std::vector<Key>, std::function<bool(Key, Key)>> reachable(
-      [](Key a, Key b) { return b < a; });
+/// Appends the poses of a part from `first` on; the next one is always that of smallest id that a
+/// measurement connects to earlier ones.
+void append_part(Key first, const Neighbours& neighbours, std::unordered_set<Key>& seen,
+                 std::vector<Key>& order) {
+  const auto is_behind = [](Key a, Key b) { return b < a; };
+  std::priority_queue<Key, std::vector<Key>, decltype(is_behind)> reachable(is_behind);
+  seen.insert(first);
   reachable.push(first);
   while (!reachable.empty()) {
     const Key pose = reachable.top();
     reachable.pop();
     order.push_back(pose);
     for (Key other : neighbours.at(pose)) {
-      if (is_pose(other) && seen.emplace(other, true).second) reachable.push(other);
+      if (is_pose(other) && seen.insert(other).second) reachable.push(other);
     }
   }
-  return order;
 }
 
-/// The pose of the first prior on a pose or, if only landmarks have priors, the one of smallest id.
-Key first_pose(const std::vector<ContinuousFactorPtr>& factors, std::size_t priors,
-               const Neighbours& neighbours) {
+/// The poses measured in the map, or the one of smallest id if only landmarks are.
+std::vector<Key> poses_in_map(const std::vector<ContinuousFactorPtr>& factors, std::size_t priors,
+                              const Neighbours& neighbours) {
+  std::vector<Key> poses;
   for (std::size_t f = priors; f < factors.size(); ++f) {
-    if (is_pose(factors[f]->keys()[0])) return factors[f]->keys()[0];
+    if (is_pose(factors[f]->keys()[0])) poses.push_back(factors[f]->keys()[0]);
   }
+  if (!poses.empty()) return poses;
   Key first{key_letter::kPose, ~std::uint64_t{0}};
   for (const auto& [key, list] : neighbours) {
     if (is_pose(key)) first = std::min(first, key);
   }
-  return first;
+  return {first};
+}
+
+/// Whether positions measured in the map tell where it lies: two apart in the plane, three that are
+/// on no line in space.
+bool hold_map(const std::vector<Eigen::Vector3d>& positions, bool planar) {
+  constexpr double kApart = 1e-3;  // [m]: nearer positions are of one place
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  double width = 0.0;
+  for (const Eigen::Vector3d& position : positions) {
+    const Eigen::Vector3d way = position - positions.front();
+    if (way.norm() > along.norm()) along = way;
+  }
+  for (const Eigen::Vector3d& position : positions) {
+    width = std::max(width, along.cross(position - positions.front()).norm());
+  }
+  return along.norm() > kApart && (planar || width > kApart * along.norm());
+}
+
+/// For each pose with absolute measurements its positions; none where a pose is measured.
+std::unordered_map<Key, std::vector<Eigen::Vector3d>> positions_of(const PoseGraph& graph) {
+  std::unordered_map<Key, std::vector<Eigen::Vector3d>> positions;
+  for (const auto& p : graph.positions2) {
+    positions[p.pose].emplace_back(p.measured.x(), p.measured.y(), 0.0);
+  }
+  for (const auto& p : graph.positions3) positions[p.pose].push_back(p.measured);
+  return positions;
 }
 
 void check_reached(const Neighbours& neighbours, const std::unordered_map<Key, std::size_t>& step,
@@ -73,14 +102,15 @@ void check_reached(const Neighbours& neighbours, const std::unordered_map<Key, s
   }
   if (missing.empty()) return;
   const Key key = *std::min_element(missing.begin(), missing.end());
-  throw Error("no measurement connects vertex " + std::to_string(key.index()) + " to vertex " +
-              std::to_string(first.index()) + " (" + std::to_string(missing.size()) +
+  throw Error("no measurement connects vertex " + vertex_name(key.index()) + " to vertex " +
+              vertex_name(first.index()) + " (" + std::to_string(missing.size()) +
               " such vertices in all)");
 }
 
 }  // namespace
 
-PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFactorOptions& options)
+PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFactorOptions& options,
+                   const std::function<bool(std::size_t factor)>& connects)
     : graph_(graph),
       is_odometry_(graph),
       initial_(initial),
@@ -94,14 +124,53 @@ PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFac
                                  : graph.poses2.size() + graph.alternatives3[i - planar].edge;
     hypotheses_[edge] = make_hypotheses(graph, i, options);
   }
-  const Neighbours neighbours = connections(factors_);
-  const Key first = first_pose(factors_, graph.edge_count(), neighbours);
-  poses_ = pose_order(first, neighbours);
-  factors_of_.resize(poses_.size());
+  connects_.assign(factors_.size(), true);
+  for (std::size_t f = 0; connects && f < factors_.size(); ++f) connects_[f] = connects(f);
+  const Neighbours neighbours = connections(factors_, connects_);
+  const std::vector<Key> in_map = poses_in_map(factors_, graph.edge_count(), neighbours);
+  std::unordered_set<Key> seen;
+  for (const Key first : in_map) {
+    if (seen.count(first) != 0) continue;
+    const std::size_t begin = poses_.size();
+    append_part(first, neighbours, seen, poses_);
+    split_into_steps(begin);
+  }
+  place_factors(neighbours, in_map.front());
+}
+
+/// The first step of a part has as many poses as it takes to tell where it lies.
+void PoseFeed::split_into_steps(std::size_t begin) {
+  const auto is_held = [&](Key pose) {
+    return std::any_of(factors_.begin() + std::ptrdiff_t(graph_.edge_count()), factors_.end(),
+                       [&](const ContinuousFactorPtr& factor) {
+                         return factor->keys()[0] == pose &&
+                                factor->rows() == factor->types()[0].dim;
+                       });
+  };
+  std::size_t first = 1;
+  const auto positions = positions_of(graph_);
+  if (positions.count(poses_[begin]) != 0 && !is_held(poses_[begin])) {
+    std::vector<Eigen::Vector3d> known;
+    for (first = 0; begin + first < poses_.size() && !hold_map(known, graph_.positions3.empty());) {
+      const auto own = positions.find(poses_[begin + first++]);
+      if (own != positions.end()) known.insert(known.end(), own->second.begin(), own->second.end());
+    }
+  }
+  starts_.insert(poses_.begin() + std::ptrdiff_t(begin),
+                 poses_.begin() + std::ptrdiff_t(begin + first));
+  for (std::size_t k = begin + first; k <= poses_.size(); ++k) ends_.push_back(k);
+}
+
+/// Gives each factor to the step that has the last of its variables.
+void PoseFeed::place_factors(const Neighbours& neighbours, Key first) {
+  factors_of_.resize(ends_.size());
   std::unordered_map<Key, std::size_t> step;
-  for (std::size_t k = 0; k < poses_.size(); ++k) step.emplace(poses_[k], k);
-  const std::size_t sightings = graph.poses2.size() + graph.poses3.size();
-  for (std::size_t f = sightings; f < graph.edge_count(); ++f) {
+  for (std::size_t k = 0, s = 0; k < poses_.size(); ++k) {
+    if (k == ends_[s]) ++s;
+    step.emplace(poses_[k], s);
+  }
+  const std::size_t sightings = graph_.poses2.size() + graph_.poses3.size();
+  for (std::size_t f = sightings; f < graph_.edge_count(); ++f) {
     const auto from = step.find(factors_[f]->keys()[0]);
     if (from == step.end()) continue;
     const auto [it, fresh] = step.emplace(factors_[f]->keys()[1], from->second);
@@ -134,7 +203,7 @@ void PoseFeed::start_pose(const std::vector<GraphEdge<Pose>>& edges, std::size_t
                           const Values& estimate, Values& fresh) const {
   for (const bool odometry : {true, false}) {
     for (std::size_t f : factors_of_[next_]) {
-      if (f < first || f >= first + edges.size()) continue;
+      if (f < first || f >= first + edges.size() || !connects_[f]) continue;
       const GraphEdge<Pose>& edge = edges[f - first];
       if (is_odometry_(edge.from, edge.to) != odometry) continue;
       if (predict(edge, estimate, fresh)) return;
@@ -156,18 +225,18 @@ void PoseFeed::start_landmarks(const std::vector<GraphEdge<typename Pose::Point>
 
 Key PoseFeed::pose() const {
   if (done()) {
-    throw Error("no pose is left of the " + std::to_string(steps()) +
+    throw Error("no pose is left of the " + std::to_string(poses_.size()) +
                 " of the graph; ask whether the feed is done before each step");
   }
-  return poses_[next_];
+  return poses_[ends_[next_] - 1];
 }
 
 Delta PoseFeed::next(const Values& estimate) {
   pose();  // there is one
   Delta delta;
-  if (next_ == 0) {
-    const VariableType type = initial_.type(pose());
-    delta.values.insert(pose(), type, initial_.data(pose()));
+  for (std::size_t k = added(); k < ends_[next_]; ++k) {
+    if (starts_.count(poses_[k]) == 0) continue;
+    delta.values.insert(poses_[k], initial_.type(poses_[k]), initial_.data(poses_[k]));
   }
   std::size_t first = 0;
   start_pose(graph_.poses2, first, estimate, delta.values);

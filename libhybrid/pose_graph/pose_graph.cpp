@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <queue>
 #include <string>
 #include <tuple>
 #include <type_traits>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/factors/between.h"
@@ -17,6 +19,7 @@
 #include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {
 namespace {
@@ -53,8 +56,8 @@ class Spanning {
     }
   }
 
-  /// Sets the poses that can be reached from keys[0], by odometry if possible.
-  void along_odometry(const std::vector<Key>& keys, const Pose& start, Values& values) {
+  /// Sets the poses that can be reached from the first one, by odometry if possible.
+  void along_odometry(Key first, const Pose& start, Values& values) {
     std::deque<std::size_t> others;
     std::vector<Key> stack;
     const auto reach = [&](Key key, Pose pose) {
@@ -62,7 +65,7 @@ class Spanning {
       values.insert(key, pose);
       stack.push_back(key);
     };
-    reach(keys[0], start);
+    reach(first, start);
     while (true) {
       while (!stack.empty()) {
         const Key key = stack.back();
@@ -83,7 +86,7 @@ class Spanning {
   }
 
   /// The same along shortest paths, by Dijkstra; ties go to the first edges.
-  void along_shortest_paths(const std::vector<Key>& keys, const Pose& start, Values& values) {
+  void along_shortest_paths(Key first, const Pose& start, Values& values) {
     struct Reached {
       double length;
       std::size_t edge;  // the edge to `key`
@@ -103,7 +106,7 @@ class Spanning {
         next.push({length + rotation_variance(edges_[e].noise), e, other});
       }
     };
-    reach(keys[0], start);
+    reach(first, start);
     while (!next.empty()) {
       const Reached nearest = next.top();
       next.pop();
@@ -138,38 +141,51 @@ void check_connected(const std::vector<Key>& keys, const Values& values) {
   int count = 0;
   for (Key key : keys) {
     if (values.contains(key)) continue;
-    if (++count <= 10) missing += (count == 1 ? "" : ", ") + std::to_string(key.index());
+    if (++count <= 10) missing += (count == 1 ? "" : ", ") + vertex_name(key.index());
   }
   if (count == 0) return;
   if (count > 10) missing += ", ... (" + std::to_string(count) + " in all)";
-  throw Error("no edge connects vertex " + missing + " to vertex " +
-              std::to_string(keys[0].index()));
+  throw Error("no edge connects vertex " + missing + " to vertex " + vertex_name(keys[0].index()));
 }
 
+/// Several parts have a common frame if each is measured in the map; else those behind the first
+/// one are missing in the values.
 template <class Pose>
 void chain(const PoseGraph& graph, const std::vector<GraphEdge<Pose>>& edges,
            const std::vector<GraphEdge<typename Pose::Point>>& sightings, bool shortest_paths,
            Values& values) {
   using Point = typename Pose::Point;
   std::vector<Key> keys = pose_keys(graph, edges, sightings);
-  if (keys.empty()) return;
-  const Pose start = graph.values.contains(keys[0]) ? graph.values.at<Pose>(keys[0]) : Pose();
   const OdometryEdges is_odometry(graph);
   Spanning<Pose> spanning(keys, edges, is_odometry);
-  if (shortest_paths) {
-    spanning.along_shortest_paths(keys, start, values);
-  } else {
-    spanning.along_odometry(keys, start, values);
+  std::unordered_set<Key> seen;
+  std::optional<bool> is_framed;  // by what is measured in the map
+  for (const Key first : keys) {
+    if (seen.count(first) != 0) continue;
+    const Pose start = graph.values.contains(first) ? graph.values.at<Pose>(first) : Pose();
+    Values part;
+    if (shortest_paths) {
+      spanning.along_shortest_paths(first, start, part);
+    } else {
+      spanning.along_odometry(first, start, part);
+    }
+    for (const auto& sighting : sightings) {
+      if (!part.contains(sighting.from) || part.contains(sighting.to)) continue;
+      part.insert(sighting.to, Point(part.at<Pose>(sighting.from) * sighting.measured));
+    }
+    const bool in_map = move_to_map(graph, part);
+    const bool has_frame = is_framed ? *is_framed && in_map : true;
+    if (!is_framed) is_framed = in_map;
+    for (const Key key : part.keys()) {
+      seen.insert(key);
+      if (has_frame && !values.contains(key)) values.insert(key, part.type(key), part.data(key));
+    }
   }
-  for (const auto& sighting : sightings) {
-    if (!values.contains(sighting.from) || values.contains(sighting.to)) continue;
-    values.insert(sighting.to, Point(values.at<Pose>(sighting.from) * sighting.measured));
-  }
+  if (keys.empty()) return;
   for (Key key : graph.values.keys()) {
     if (graph.values.type(key) == Variable<Point>::type()) keys.push_back(key);
   }
   check_connected(keys, values);
-  move_to_map(graph, values);
 }
 
 template <class Pose, class Factor>

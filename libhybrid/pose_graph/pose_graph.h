@@ -76,6 +76,7 @@ struct PoseGraph {
   std::size_t equivalences = 0;  ///< EQUIV lines, which are not applied
   std::size_t repaired = 0;      ///< information matrices of the file that were projected
   std::size_t unseen = 0;        ///< landmarks of the file that nothing measures, left out
+  std::size_t copies = 0;        ///< edges that erase_copies has left out
   bool edge2_by_rows = false;    ///< information of EDGE2 was taken row by row
 
   std::size_t edge_count() const {
@@ -97,7 +98,8 @@ inline bool is_odometry(Key from, Key to) {
 /// Values of all poses from relative motions alone: odometry edges (between successive poses, the
 /// first of each) as far as they reach, then other edges; landmarks from their first sighting. The
 /// pose of smallest id has its VERTEX value, or else is at the origin; then all is moved to the
-/// map, see move_to_map. Throws Error naming vertices that no edge connects to it.
+/// map, see move_to_map. Parts that no edge connects are placed one by one if each is measured in
+/// the map. Throws Error naming vertices that neither connects to it.
 Values initialize_from_odometry(const PoseGraph& graph);
 
 /// The same along the tree of shortest paths from that pose, where the length of an edge is the
@@ -108,11 +110,22 @@ Values initialize_from_tree(const PoseGraph& graph);
 
 /// Moves values rigidly to where the graph measures the map: by the first pose measured in it, or
 /// by its positions if there are at least two in the plane or three in space, or by the first of
-/// several fixed poses that have VERTEX values. Otherwise they stay.
-void move_to_map(const PoseGraph& graph, Values& values);
+/// several fixed poses that have VERTEX values. Otherwise they stay, and false is returned. Values
+/// may be those of a part of the graph.
+bool move_to_map(const PoseGraph& graph, Values& values);
 
 /// Leaves out landmarks that nothing measures and that are not fixed; returns their number.
 std::size_t erase_unseen_landmarks(PoseGraph& graph);
+
+/// Leaves out edges that are the same as one before, to the last bit: measurements that came twice,
+/// not two that agree, which would be evidence for each other. Counts them in the graph. A graph
+/// with alternatives stays as it is.
+void erase_copies(PoseGraph& graph);
+
+/// Whether the information of most relative poses says less than nothing, and its inverse would
+/// not: standard deviations of more than half a turn, and of more than the measured way. Then it is
+/// likely a covariance.
+bool is_information_inverted(const PoseGraph& graph);
 
 /// Options of the factors made of edges.
 struct GraphFactorOptions {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "libhybrid/export.h"
 
@@ -32,5 +33,11 @@ inline std::uint64_t vertex_id(std::uint64_t index) {
   const std::uint64_t characters = (index >> 40) & 0x7fff;
   return characters << 48 | (index & ((std::uint64_t{1} << 40) - 1));
 }
+
+/// The id of a vertex for a reader: b79 for GTSAM's Symbol, aB6 for a LabeledSymbol, or the number.
+std::string vertex_name(std::uint64_t index);
+
+/// A message with the names of vertices in place of keys x<index> and l<index> that no file has.
+std::string with_vertex_names(const std::string& message);
 
 }  // namespace hybrid

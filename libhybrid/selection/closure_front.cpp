@@ -14,6 +14,7 @@
 
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/factors/relative_pose.h"
+#include "libhybrid/selection/detail/motion.h"
 
 namespace hybrid {
 namespace {
@@ -26,24 +27,6 @@ constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kPart = 8;
 /// Multiplications for each of them in the time of a search, about.
 constexpr double kWorkOfPose = 200.0;
-
-/// A motion and the covariance of its right perturbation.
-template <class Pose>
-struct Motion {
-  using Matrix = typename Pose::Jacobian;
-
-  Pose mean;
-  Matrix covariance = Matrix::Zero();
-
-  Motion inverse() const {
-    const Matrix adjoint = mean.adjoint();
-    return {mean.inverse(), adjoint * covariance * adjoint.transpose()};
-  }
-  friend Motion operator*(const Motion& a, const Motion& b) {
-    const Matrix adjoint = b.mean.inverse().adjoint();
-    return {a.mean * b.mean, adjoint * a.covariance * adjoint.transpose() + b.covariance};
-  }
-};
 
 template <class Pose>
 class FrontOf : public ClosureFront {
@@ -279,18 +262,7 @@ class FrontOf : public ClosureFront {
   }
 
   double evidence_for(const Edge& edge, const Motion<Pose>& predicted, const Known& known) const {
-    const ContinuousFactor& factor = *problem_.closures[edge.closure];
-    std::array<double, Pose::kSize> from{}, to{};
-    Pose().store(from.data());
-    predicted.mean.store(to.data());
-    const std::array<const double*, 2> x = {from.data(), to.data()};
-    Eigen::VectorXd b(factor.rows());
-    Eigen::MatrixXd J(factor.rows(), factor.cols());
-    factor.linearize(x.data(), b.data(), J.data());
-    const auto of_to = J.rightCols(Pose::kDim);
-    const Eigen::MatrixXd S = Eigen::MatrixXd::Identity(factor.rows(), factor.rows()) +
-                              of_to * predicted.covariance * of_to.transpose();
-    return known.model.log_ratio(b, S, factor);
+    return hybrid::evidence_for(*problem_.closures[edge.closure], predicted, known.model);
   }
 
   const RobustProblem& problem_;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libhybrid/core/detail/pivoted_cholesky.h"
+#include "libhybrid/core/detail/rank_update.h"
 #include "libhybrid/factors/detail/linear_prior.h"
 #include "libhybrid/smoother/detail/located.h"
 
@@ -114,7 +115,7 @@ Eliminated eliminate(const System& system) {
   out.rank = factor.rank();
   const Eigen::MatrixXd Y = factor.triangle().solve(
       factor.pivots_of(scale.asDiagonal() * system.H.bottomLeftCorner(n, g).transpose()));
-  out.rest.selfadjointView<Eigen::Lower>().rankUpdate(Y.transpose(), -1.0);
+  rank_update(out.rest, Y.transpose(), -1.0);
   out.moved = Eigen::MatrixXd::Zero(g, n);
   const Eigen::MatrixXd X = factor.triangle().adjoint().solve(Y);
   for (int k = 0; k < out.rank; ++k) {

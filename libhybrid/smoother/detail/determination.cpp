@@ -168,6 +168,7 @@ bool others_say_what_was_lost(const LinearModels& models, const JournaledValues&
     gone.append(*lost.factor, lost.slots);
     by_removed.append(*lost.factor, lost.slots);
   }
+  if (remaining.columns() == 0) return true;  // all that was said was of variables that are gone
   Eigen::MatrixXd J = remaining.matrix();
   Eigen::MatrixXd L = without(by_removed.matrix(), gone.matrix());
   Eigen::VectorXd scale = remaining.scales(J);

@@ -297,6 +297,36 @@ TEST(ExtendedCholesky, LogDeterminantWhereDoublePrecisionFails) {
   }
 }
 
+/// Blocks that are all tied to each other, and some that no residual moves, though it names them.
+TEST(ExtendedCholesky, LeavesOutWhatNothingIsSaidOf) {
+  RandomSystems random(9);
+  for (int trial = 0; trial < 20; ++trial) {
+    std::vector<int> dims;
+    int free = 0;
+    const int silent = random.below(4), tied = 8 + random.below(12);
+    for (int b = 0; b < silent; ++b) {
+      dims.push_back(1 + random.below(6));
+      free += dims.back();
+    }
+    for (int b = 0; b < tied; ++b) dims.push_back(1 + random.below(6));
+    System s(dims);
+    for (int b = silent; b < silent + tied; ++b) {
+      s.add({b}, {random.matrix(dims[b], dims[b])});
+      for (int c = silent; c < b; ++c) {
+        s.add({c, b}, {random.matrix(2, dims[c]), random.matrix(2, dims[b])});
+      }
+      for (int c = 0; c < silent; ++c) {
+        s.add({c, b}, {Eigen::MatrixXd::Zero(2, dims[c]), random.matrix(2, dims[b])});
+      }
+    }
+    const ExtendedCholesky factor = s.factor();
+    EXPECT_EQ(factor.nullity(), free) << "trial " << trial;
+    for (int b = 0; b < silent; ++b) EXPECT_EQ(factor.free_directions(b).cols(), dims[b]);
+    EXPECT_EQ(factor.free_directions(silent).cols(), 0);
+    EXPECT_TRUE(factor.covariance({silent}).allFinite());
+  }
+}
+
 TEST(ExtendedCholesky, OfNothing) {
   System s({});
   EXPECT_EQ(s.factor().nullity(), 0);

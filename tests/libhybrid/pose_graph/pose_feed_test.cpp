@@ -56,6 +56,60 @@ TEST(PoseFeed, NamesWhatIsNotConnected) {
   }
 }
 
+/// Feeds a graph whole; returns how many poses each step adds, and the last pose of each.
+std::vector<std::pair<std::size_t, std::uint64_t>> feed_all(PoseFeed feed) {
+  std::vector<std::pair<std::size_t, std::uint64_t>> steps;
+  Values estimate;
+  while (!feed.done()) {
+    const std::size_t before = feed.added();
+    const Key pose = feed.pose();
+    const Delta delta = feed.next(estimate);
+    for (Key key : delta.values.keys()) {
+      estimate.insert(key, delta.values.type(key), delta.values.data(key));
+    }
+    for (const auto& factor : delta.continuous) {
+      for (Key key : factor->keys()) EXPECT_TRUE(estimate.contains(key));
+    }
+    steps.emplace_back(feed.added() - before, pose.index());
+  }
+  return steps;
+}
+using Steps = std::vector<std::pair<std::size_t, std::uint64_t>>;
+
+TEST(PoseFeed, BeginsWithAsManyPosesAsPositionsNeed) {
+  const std::string ways = edge(0, 1, 1) + edge(1, 2, 1) + edge(2, 3, 1);
+  const auto position = [](int i, double at) {
+    return "EDGE_PRIOR_SE2_XY " + std::to_string(i) + " " + std::to_string(at) + " 0 1 0 1\n";
+  };
+  const auto steps = [](const std::string& text) {
+    const PoseGraph graph = parse_graph(text, "test");
+    return feed_all(PoseFeed(graph, initialize_from_odometry(graph)));
+  };
+  EXPECT_EQ(steps(ways + position(0, 5) + position(1, 5) + position(2, 7)),
+            (Steps{{3, 2}, {1, 3}}));
+  EXPECT_EQ(steps(ways + position(0, 5) + position(3, 8)), (Steps{{4, 3}}));
+  // A pose that is measured suffices.
+  EXPECT_EQ(steps(ways + position(0, 5) + "EDGE_PRIOR_SE2 0 5 0 0" + kInformation),
+            (Steps{{1, 0}, {1, 1}, {1, 2}, {1, 3}}));
+}
+
+TEST(PoseFeed, PartsThatAreMeasuredInTheMapFollowEachOther) {
+  const PoseGraph graph = parse_graph(edge(0, 1, 1) + edge(5, 6, 1) + "EDGE_PRIOR_SE2 1 0 0 0" +
+                                          kInformation + "EDGE_PRIOR_SE2 6 9 0 0" + kInformation,
+                                      "test");
+  EXPECT_EQ(feed_all(PoseFeed(graph, initialize_from_odometry(graph))),
+            (Steps{{1, 1}, {1, 0}, {1, 6}, {1, 5}}));
+}
+
+TEST(PoseFeed, GoesAlongWhatConnects) {
+  const PoseGraph graph =
+      parse_graph(edge(0, 1, 1) + edge(1, 5, 9) + edge(5, 6, 1) + edge(0, 6, 3), "test");
+  const Values initial = initialize_from_odometry(graph);
+  EXPECT_EQ(feed_all(PoseFeed(graph, initial)), (Steps{{1, 0}, {1, 1}, {1, 5}, {1, 6}}));
+  EXPECT_EQ(feed_all(PoseFeed(graph, initial, {}, [](std::size_t f) { return f != 1; })),
+            (Steps{{1, 0}, {1, 1}, {1, 6}, {1, 5}}));
+}
+
 TEST(PoseFeed, PastItsEndIsAnError) {
   const PoseGraph graph = parse_graph("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n", "file");
   PoseFeed feed(graph, initialize_from_odometry(graph));

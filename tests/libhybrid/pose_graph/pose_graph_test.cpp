@@ -91,6 +91,21 @@ TEST(InitializeFromOdometry, NamesDisconnectedVertices) {
   }
 }
 
+TEST(InitializeFromOdometry, PlacesPartsWhereTheyAreMeasured) {
+  const std::string ways = "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 6 1 0 0 1 0 0 1 0 1\n";
+  const std::string first = "EDGE_PRIOR_SE2 1 3 4 0 1 0 0 1 0 1\n";
+  const std::string second = "EDGE_PRIOR_SE2_XY 5 0 9 1 0 1\nEDGE_PRIOR_SE2_XY 6 0 10 1 0 1\n";
+  const PoseGraph graph = parse_graph(ways + first + second, "test");
+  for (const Values& values : {initialize_from_odometry(graph), initialize_from_tree(graph)}) {
+    EXPECT_LT((values.at<SE2>(x(0)).translation() - Eigen::Vector2d(2, 4)).norm(), 1e-9);
+    EXPECT_LT((values.at<SE2>(x(6)).translation() - Eigen::Vector2d(0, 10)).norm(), 1e-9);
+  }
+  // One position leaves the second part free, and the first one alone makes no common frame.
+  for (const std::string priors : {first + "EDGE_PRIOR_SE2_XY 5 0 9 1 0 1\n", first, second}) {
+    EXPECT_THROW(initialize_from_odometry(parse_graph(ways + priors, "test")), Error) << priors;
+  }
+}
+
 TEST(InitializeFromOdometry, PrefersOdometryToLoops) {
   const PoseGraph graph = parse_graph(
       "EDGE_SE2 0 2 9 9 0 1 0 0 1 0 1\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n"
@@ -170,6 +185,13 @@ TEST(WriteG2o, LeavesNothingHalfWritten) {
 TEST(WriteG2o, RefusesVariablesItCannotName) {
   PoseGraph graph;
   graph.values.insert(Key('b', 0), Eigen::Vector3d(1, 2, 3));
+  EXPECT_THROW(to_g2o(graph), Error);
+}
+
+TEST(WriteG2o, DoesNotLoseALeverArm) {
+  PoseGraph graph = parse_graph("VERTEX_SE2 7 0 0 0\nEDGE_PRIOR_SE2_XY 7 1 2 4 0 4\n", "file");
+  EXPECT_EQ(parse_graph(to_g2o(graph), "again").positions2.size(), 1u);
+  graph.positions2[0].lever_arm = {2, 0};
   EXPECT_THROW(to_g2o(graph), Error);
 }
 

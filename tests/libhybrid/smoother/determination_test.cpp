@@ -85,5 +85,21 @@ TEST_F(TwiceMeasured, WhatNothingElseSaysIsMissed) {
   EXPECT_EQ(without(23), UpdateReport::Status::kOk);
 }
 
+TEST_F(TwiceMeasured, WhatGoesWithAllItsFactorsIsNotMissed) {
+  Delta alone;
+  const Key key('b', 0);
+  alone.values.insert(key, Eigen::Vector2d(1, 2));
+  alone.continuous.push_back(std::make_shared<Prior<Eigen::Vector2d>>(key, Eigen::Vector2d(1, 2),
+                                                                      Noise::isotropic(2, 1.0)));
+  const UpdateReport report = smoother_.update(alone);
+  ASSERT_EQ(report.status, UpdateReport::Status::kOk);
+  Delta delta;
+  delta.remove = report.handles.all();
+  delta.remove_values = {key};
+  delta.values.insert(Key('x', 30), smoother_.values().at<SE2>(Key('x', 29)) * motion_);
+  delta.continuous.push_back(between(29, 30));
+  EXPECT_EQ(smoother_.update(delta).status, UpdateReport::Status::kOk);
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 
+#include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -81,6 +82,27 @@ TEST(Marginalization, OfAChainThatTurnsKeepsAllThatItSays) {
     expect_all_information(planar);
     expect_all_information(spatial);
   }
+}
+
+/// A landmark of which all its sightings say nothing, as those that a loss rejects, is tied to many
+/// poses: what the others are told of each other stays, and the landmark is named.
+TEST(Marginalization, OfWhatNothingIsSaidLeavesTheRestAsItIs) {
+  HybridGraph graph;
+  Values values;
+  std::vector<Handle> factors;
+  const Key landmark('l', 0);
+  values.insert(landmark, Eigen::Vector2d(50.0, 0.0));
+  const Noise noise = Noise::isotropic(2, 0.1);
+  for (int i = 0; i < 30; ++i) {
+    const Key pose('x', static_cast<std::uint64_t>(i));
+    values.insert(pose, SE2(i, 0, 0));
+    factors.push_back(graph.add(std::make_shared<BearingRange2>(
+        pose, landmark, Eigen::Vector2d(5.0, 2.0), noise, SE2(), Loss::tukey())));
+  }
+  const Marginalization made = marginalize(graph, values, {}, {landmark}, factors);
+  EXPECT_TRUE(made.finite);
+  EXPECT_EQ(made.undetermined, std::vector<Key>{landmark});
+  EXPECT_TRUE(made.follows.isZero());
 }
 
 }  // namespace
