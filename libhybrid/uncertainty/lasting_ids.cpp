@@ -66,7 +66,7 @@ constexpr double kElsewhere = 5;
 /// nothing.
 constexpr double kWorseOdometry = 5;
 constexpr std::size_t kFewestThere = 3;
-constexpr double kLeastShare = 0.2;  // of the sightings of an id; less are errors
+constexpr double kLeastShareThere = 0.2;  // of the sightings of an id; less are errors
 constexpr std::size_t kMostPlaces = 8;
 
 /// Of a place that was sighted, by the noise that is stated of the sighting.
@@ -117,7 +117,7 @@ class PlacesOfId {
     std::vector<const SeenPlace*> all;
     for (const SeenPlace& p : places_) {
       const bool is_one = p.sightings >= kFewestThere &&
-                          static_cast<double>(p.sightings) >= kLeastShare * sightings_;
+                          static_cast<double>(p.sightings) >= kLeastShareThere * sightings_;
       if (is_one) all.push_back(&p);
     }
     if (all.size() < 2) return std::nullopt;
