@@ -35,9 +35,9 @@ constexpr double kComparedDistance = 0.3, kComparedTurn = 0.2;
 constexpr double kFewestTurns = 3, kOtherWay = 0.8;
 /// Odometry of which matches differ by more of its turns is not that of this robot.
 constexpr double kMostApart = 0.5;
-/// What of a mounting is worth correcting: as much as a cell of a map, and what moves a return at 3
-/// m by as much [m], [rad].
-constexpr double kWorthMoving = 0.05, kWorthTurning = 0.02;
+/// What of a mounting is worth correcting: two cells of a map, and what moves a return by one at 3
+/// m [m], [rad].
+constexpr double kWorthMoving = 0.1, kWorthTurning = 0.02;
 constexpr double kSigmas = 3;
 constexpr int kTenthsOfLog = 10;
 
