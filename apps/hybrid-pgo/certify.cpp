@@ -29,10 +29,6 @@ std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
   return factors;
 }
 
-bool trusts_all(const Options& options) {
-  return options.method == "lm" || options.trusted == "all";
-}
-
 /// Solves again from better poses.
 Solution solve_from(const Values& values, Input input, Options options, std::vector<Loop>& loops) {
   input.initial = values;

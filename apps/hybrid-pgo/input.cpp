@@ -26,7 +26,7 @@ std::string missing_text(const std::vector<Key>& keys, const Values& values) {
   std::sort(missing.begin(), missing.end());
   std::string text;
   for (std::size_t i = 0; i < std::min(kNamed, missing.size()); ++i) {
-    text += fmt::format("{}{}", i == 0 ? "" : ", ", vertex_id(missing[i].index()));
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", vertex_name(missing[i].index()));
   }
   if (missing.size() > kNamed) text += fmt::format(", ... ({} in all)", missing.size());
   return text;
@@ -44,7 +44,7 @@ std::vector<Key> Input::poses() const {
 }
 
 Input read_input(const std::string& path, const std::string& start,
-                 std::optional<std::uint64_t> shuffle, bool repair_information) {
+                 std::optional<std::uint64_t> shuffle, bool repair_information, bool in_question) {
   Input input;
   try {
     input.graph = read_graph(path, {repair_information});
@@ -54,6 +54,7 @@ Input read_input(const std::string& path, const std::string& start,
                                                : "; --repair-information takes the nearest "
                                                  "matrix that is"));
   }
+  if (in_question) erase_copies(input.graph);
   if (shuffle) {
     if (input.graph.alternatives_count() == 0) {
       throw Error(path + ": has no edge with several hypotheses; leave --shuffle out");

@@ -145,6 +145,19 @@ std::vector<NoiseRecord> graph_noise(const Input& input, const Solution& solutio
   return records;
 }
 
+Health information_health(const PoseGraph& graph) {
+  if (!is_information_inverted(graph)) return {};
+  HealthEntry entry;
+  entry.name = "information of the graph";
+  entry.value = 1;
+  entry.verdict = HealthVerdict::kBad;
+  entry.sentence =
+      "Most relative poses are stated to be unknown by more than half a turn and more than their "
+      "own length. Is the information a covariance?";
+  entry.knob = "the inverse of these matrices";
+  return {entry};
+}
+
 Health noise_health(const std::vector<NoiseRecord>& noise) {
   Health health;
   for (const NoiseRecord& record : noise) {

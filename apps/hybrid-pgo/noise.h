@@ -18,6 +18,9 @@ namespace hybrid {
 std::vector<NoiseRecord> graph_noise(const Input& input, const Solution& solution,
                                      const std::vector<Loop>& loops);
 
+/// An entry where the information of the graph seems to be covariances.
+Health information_health(const PoseGraph& graph);
+
 /// An entry for each kind that was measured.
 Health noise_health(const std::vector<NoiseRecord>& noise);
 

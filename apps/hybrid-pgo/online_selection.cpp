@@ -17,7 +17,9 @@
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/pose_graph/vertex_id.h"
+#include "libhybrid/selection/part_links.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/health/closures.h"
 #include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
@@ -50,13 +52,13 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
     const UpdateReport report = update(pose, feed.next(selection.smoother().values()));
     if (report.status != UpdateReport::Status::kOk) {
       throw Error(fmt::format("at pose {}: {}; closures that are not trusted determine nothing",
-                              vertex_id(pose.index()), report.message));
+                              vertex_name(pose.index()), report.message));
     }
     StepRecord record{report};
     record.keyframe = static_cast<std::int64_t>(vertex_id(pose.index()));
     record.time = static_cast<double>(solution.steps.size());
     record.cost = selection.smoother().objective() - selection.smoother().constant();
-    record.landmarks = selection.smoother().values().size() - solution.steps.size() - 1;
+    record.landmarks = selection.smoother().values().size() - feed.added();
     solution.seconds += report.seconds;
     solution.iterations += report.rounds;
     solution.steps.push_back(record);
@@ -78,18 +80,60 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   return solution;
 }
 
+/// Which factors are closures in question, and how these join the parts that the others leave.
+struct InQuestion {
+  std::vector<bool> is_closure;       // by factor of the graph
+  std::vector<std::size_t> closures;  // their factors
+  JoinedParts joined;
+
+  /// With `trusts_all`, none is.
+  InQuestion(const Input& input, bool trusts_all, const Pairs& trusted,
+             const ClosureSelectionOptions& options)
+      : is_closure(input.factors.size(), false) {
+    if (trusts_all) return;
+    const OdometryEdges is_odometry(input.graph);
+    const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
+    RobustProblem problem;
+    problem.initial = input.initial;
+    for (std::size_t f = 0; f < input.factors.size(); ++f) {
+      const std::vector<Key>& keys = input.factors[f]->keys();
+      is_closure[f] = f < relative_poses && !is_odometry(keys[0], keys[1]) &&
+                      trusted.count({keys[0].index(), keys[1].index()}) == 0;
+      (is_closure[f] ? problem.closures : problem.trusted).push_back(input.factors[f]);
+      if (is_closure[f]) closures.push_back(f);
+    }
+    joined = join_parts(problem, options);
+    for (const PartLink& link : joined.links) is_closure[closures[link.closure]] = false;
+  }
+
+  /// Adds what the decisions on the closures say of the links.
+  void judge_links(const ClosureSelectionOptions& options, Solution& solution) const {
+    if (joined.links.empty() || solution.signal != 0) return;
+    RobustResult result;
+    result.values = solution.values;
+    for (const std::size_t k : joined.closures) {
+      result.decisions.push_back(solution.decisions.at(closures[k]));
+    }
+    const std::vector<ClosureDecision> links = hybrid::judge_links(joined, result, options);
+    for (std::size_t k = 0; k < links.size(); ++k) {
+      solution.decisions[closures[joined.links[k].closure]] = links[k];
+    }
+    solution.health = parts_health(links, joined.candidates);
+  }
+};
+
 }  // namespace
 
 Solution solve_selection(const Input& input, const std::string& trusted,
                          const OnlineSelectionOptions& options, bool keep_history) {
   const bool trusts_all = trusted.empty() || trusted == "all";
   const Pairs pairs = trusts_all || trusted == "odometry" ? Pairs() : read_closures(trusted, input);
+  const InQuestion in_question(input, trusts_all, pairs, options.selection);
   OnlineSelection selection(options);
-  PoseFeed feed(input.graph, input.initial);
-  const OdometryEdges is_odometry(input.graph);
+  PoseFeed feed(input.graph, input.initial, {},
+                [&](std::size_t f) { return !in_question.is_closure[f]; });
   std::unordered_map<const ContinuousFactor*, std::size_t> number;
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
-  const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
   std::vector<std::size_t> arrived;  // numbers of the closures, in the order of arrival
   std::vector<decltype(ClosureDecision::history)> histories;  // of these closures
   Key newest;
@@ -105,10 +149,8 @@ Solution solve_selection(const Input& input, const std::string& trusted,
     newest = pose;
     std::vector<ContinuousFactorPtr> known, closures;
     for (const ContinuousFactorPtr& factor : delta.continuous) {
-      const std::vector<Key>& keys = factor->keys();
       const std::size_t f = number.at(factor.get());
-      const bool closure = !trusts_all && f < relative_poses && !is_odometry(keys[0], keys[1]) &&
-                           pairs.count({keys[0].index(), keys[1].index()}) == 0;
+      const bool closure = in_question.is_closure[f];
       (closure ? closures : known).push_back(factor);
       if (closure) arrived.push_back(f);
     }
@@ -130,6 +172,7 @@ Solution solve_selection(const Input& input, const std::string& trusted,
     decisions[k].history = std::move(histories[k]);
     solution.decisions[arrived[k]] = std::move(decisions[k]);
   }
+  in_question.judge_links(options.selection, solution);
   return solution;
 }
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -36,6 +37,31 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// What is guessed or left out.
+std::string notes_on(const PoseGraph& graph) {
+  std::string notes;
+  const auto note = [&](const std::string& text) { notes += (notes.empty() ? "" : "; ") + text; };
+  if (graph.equivalences > 0) {
+    note(fmt::format("{} EQUIV lines of the graph are not applied", graph.equivalences));
+  }
+  if (graph.repaired > 0) {
+    note(fmt::format("{} information matrices were not positive definite: repaired",
+                     graph.repaired));
+  }
+  if (graph.edge2_by_rows) {
+    note(
+        "information of EDGE2 is not positive definite in TORO's order: read row by row, as iSAM "
+        "writes it");
+  }
+  if (graph.copies > 0) {
+    note(fmt::format("{} edges are the same as one before: they count once", graph.copies));
+  }
+  if (graph.unseen > 0) {
+    note(fmt::format("{} landmarks that nothing measures are left out", graph.unseen));
+  }
+  return notes;
+}
+
 GraphSummary summarize(const Input& input, const Solution& solution, const std::vector<Loop>& loops,
                        const std::vector<PosePair>& truth) {
   GraphSummary summary;
@@ -56,32 +82,17 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     if (!loop.decision.checkable && loop.decision.accepted()) ++summary.unchecked;
   }
   summary.health = closure_health(decisions);
+  summary.health.insert(summary.health.end(), solution.health.begin(), solution.health.end());
+  for (HealthEntry& entry : information_health(input.graph)) {
+    summary.health.push_back(std::move(entry));
+  }
   summary.noise = graph_noise(input, solution, loops);
   for (HealthEntry& entry : noise_health(summary.noise)) summary.health.push_back(std::move(entry));
   summary.hypotheses = solution.hypotheses.size();
   for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
   }
-  summary.note = solution.note;
-  const PoseGraph& graph = input.graph;
-  const auto note = [&](const std::string& text) {
-    summary.note += (summary.note.empty() ? "" : "; ") + text;
-  };
-  if (graph.equivalences > 0) {
-    note(fmt::format("{} EQUIV lines of the graph are not applied", graph.equivalences));
-  }
-  if (graph.repaired > 0) {
-    note(fmt::format("{} information matrices were not positive definite: repaired",
-                     graph.repaired));
-  }
-  if (graph.edge2_by_rows) {
-    note(
-        "information of EDGE2 is not positive definite in TORO's order: read row by row, as iSAM "
-        "writes it");
-  }
-  if (graph.unseen > 0) {
-    note(fmt::format("{} landmarks that nothing measures are left out", graph.unseen));
-  }
+  summary.note = notes_on(input.graph);
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;
   summary.start = solution.start;
@@ -154,7 +165,7 @@ void check_finite(const Input& input, const Solution& solution, const std::strin
   for (const ContinuousFactorPtr& factor : input.factors) {
     if (std::isfinite(factor->cost(solution.values))) continue;
     for (const Key key : factor->keys()) {
-      which += fmt::format("{}{}", which.empty() ? "" : " to ", vertex_id(key.index()));
+      which += fmt::format("{}{}", which.empty() ? "" : " to ", vertex_name(key.index()));
     }
     break;
   }
@@ -197,16 +208,17 @@ void write_outputs(const Options& options, const OutputDirectory& out, const Inp
   }
 }
 
-/// The pairs of true and estimated poses, for the poses that have an estimate.
-std::vector<PosePair> compared(const std::vector<PosePair>& truth, const std::vector<Key>& poses,
-                               const Values& values) {
-  std::vector<PosePair> pairs;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (!values.contains(poses[i])) continue;
-    pairs.push_back(truth[i]);
-    pairs.back().estimate = pose_at(values, poses[i]);
+/// The solution; what goes wrong names vertices as their file does.
+Solution solve(const Input& input, const Options& options, std::vector<Loop>& loops) {
+  try {
+    Solution solution = solve_graph(input, options, loops);
+    solution.message = with_vertex_names(solution.message);
+    return solution;
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(with_vertex_names(e.what()));
   }
-  return pairs;
 }
 
 }  // namespace
@@ -216,7 +228,8 @@ int optimize(const Options& options) {
   warn_of(options.warnings);
   if (options.online) note_interrupts();
   Input input =
-      read_input(options.graph, options.start, options.shuffle, options.repair_information);
+      read_input(options.graph, options.start, options.shuffle, options.repair_information,
+                 !trusts_all(options) && !(options.online && options.trusted.empty()));
   if (input.graph.alternatives_count() > 0 && !options.online) {
     throw Error(options.graph + ": edges with hypotheses need --online");
   }
@@ -230,20 +243,19 @@ int optimize(const Options& options) {
   if (options.certify && input.graph.points2.size() + input.graph.points3.size() > 0) {
     throw Error(options.graph + ": has landmarks; only graphs of relative poses can be certified");
   }
-  const std::vector<Key> poses = input.poses();
-  std::vector<PosePair> truth;
-  if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);
+  std::map<Key, mrpt::poses::CPose3D> true_poses;
+  if (!options.truth.empty()) true_poses = read_true_poses(options.truth, "", input.poses());
   OutputDirectory out(options.output);
 
   std::vector<Loop> loops;
   Solution solution =
-      about({options.graph, options.trusted}, [&] { return solve_graph(input, options, loops); });
+      about({options.graph, options.trusted}, [&] { return solve(input, options, loops); });
   check_finite(input, solution, options.graph);
   if (solution.signal != 0) keep_solved(input, solution);
   if (loops.empty()) loops = find_loops(input, solution.values, solution.decisions);
   std::optional<Certificate> certificate;
   if (options.certify) certificate = certify_solution(input, options, loops, solution);
-  truth = compared(truth, poses, solution.values);
+  const std::vector<PosePair> truth = pair_with_truth(true_poses, solution.values);
   GraphSummary summary = summarize(input, solution, loops, truth);
   summary.certificate = certificate;
   if (!options.labels.empty()) {

@@ -141,6 +141,10 @@ void add_graph_options(CLI::App& app, Options& options) {
 
 }  // namespace
 
+bool trusts_all(const Options& options) {
+  return options.method == "lm" || options.trusted == "all";
+}
+
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   Options options;
   CLI::App app(kAbout, "hybrid-pgo");

@@ -37,6 +37,9 @@ struct Options {
   std::string output = "hybrid-pgo-out";
 };
 
+/// Whether all closures are trusted.
+bool trusts_all(const Options& options);
+
 /// Parses the command line, and reads the INI that it names. Returns nothing, with `exit_code` set,
 /// if the program is to end at once, as after --help; the text for the user has then been printed.
 /// Throws Error for an invalid INI.

@@ -7,7 +7,6 @@
 
 #include <map>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "libhybrid/closures/mixture_graph.h"
@@ -16,6 +15,8 @@
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/selection/closure_posterior.h"
+#include "libhybrid/selection/part_links.h"
+#include "mrpt_plugins/health/closures.h"
 
 namespace hybrid {
 namespace {
@@ -36,35 +37,10 @@ bool has_flags(const std::map<Pair, bool>& pairs) {
   return false;
 }
 
-/// Connected components of variables (union-find).
-class Parts {
- public:
-  Key root(Key key) {
-    Key at = key;
-    while (parent_.emplace(at, at).first->second != at) at = parent_[at];
-    parent_[key] = at;
-    return at;
-  }
-  /// Connects variables. False if they were connected already.
-  bool join(const std::vector<Key>& keys) {
-    bool new_link = false;
-    for (std::size_t i = 1; i < keys.size(); ++i) {
-      const Key a = root(keys[0]);
-      const Key b = root(keys[i]);
-      if (a != b) new_link = true;
-      parent_[a] = b;
-    }
-    return new_link;
-  }
-
- private:
-  std::unordered_map<Key, Key> parent_;
-};
-
-/// The robust problem, with the index in `loops` of each closure.
+/// The robust problem of one part, with the index in `loops` of each closure and of each link.
 struct Task : RobustTask {
-  std::vector<std::size_t> loop_of;
-  std::size_t bridges = 0;
+  JoinedParts joined;
+  std::vector<std::size_t> loop_of, loop_of_link;
 };
 
 Task make_task(const Input& input, const Options& options, std::vector<Loop>& loops) {
@@ -82,17 +58,11 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
     if (!trust) loop_of.push_back(loops.size() - 1);
     return trust;
   });
-  Parts parts;
-  for (const ContinuousFactorPtr& factor : task.problem.trusted) parts.join(factor->keys());
-  const auto candidates = std::exchange(task.problem.closures, {});
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    if (parts.join(candidates[k]->keys())) {
-      task.problem.trusted.push_back(candidates[k]);
-      ++task.bridges;
-    } else {
-      task.problem.closures.push_back(candidates[k]);
-      task.loop_of.push_back(loop_of[k]);
-    }
+  task.joined = join_parts(task.problem, options.methods.portfolio.selection);
+  task.problem = task.joined.problem;
+  for (const std::size_t k : task.joined.closures) task.loop_of.push_back(loop_of[k]);
+  for (const PartLink& link : task.joined.links) {
+    task.loop_of_link.push_back(loop_of[link.closure]);
   }
   if (options.labels.empty()) return task;
   const std::map<Pair, bool> labels = read_flags(options.labels);
@@ -120,15 +90,15 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
   solution.members = result.members;
   solution.objectives = result.objectives;
   if (!result.converged) solution.message = result.message;
-  if (task.bridges > 0) {
-    solution.note = fmt::format(
-        "{} measurements that are not odometry connect parts of the trajectory and had to be "
-        "trusted",
-        task.bridges);
-  }
   for (std::size_t k = 0; k < result.decisions.size(); ++k) {
     loops[task.loop_of[k]].decision = result.decisions[k];
   }
+  const std::vector<ClosureDecision> links =
+      judge_links(task.joined, result, options.methods.portfolio.selection);
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    loops[task.loop_of_link[k]].decision = links[k];
+  }
+  solution.health = parts_health(links, task.joined.candidates);
   return solution;
 }
 

@@ -10,8 +10,8 @@
 namespace hybrid {
 
 /// Solves with closures that may be false, by the method of the options, and fills `loops` with all
-/// closures in the order of the file. Closures that are needed to connect the trusted measurements
-/// are trusted too, with a note in the solution. Throws Error for a file of trusted pairs that
+/// closures in the order of the file. Parts that the trusted measurements leave apart are joined by
+/// closures that agree, see join_parts. Throws Error for a file of trusted pairs that
 /// cannot be read.
 Solution solve_robust(const Input& input, const Options& options, std::vector<Loop>& loops);
 

@@ -15,6 +15,7 @@
 #include "libhybrid/online/online_selection.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/solvers/starts.h"
+#include "mrpt_plugins/health/health.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
 
@@ -36,11 +37,12 @@ struct Input {
 
 /// Reads a graph. `start` is "file", "odometry", "chordal", "tree" or "auto": the file if it has
 /// all vertices, else odometry. With a seed `shuffle`, hypotheses are put into random order.
-/// `repair_information` makes information matrices positive definite. Throws Error naming the file
+/// `repair_information` makes information matrices positive definite. Where closures are
+/// `in_question`, edges that came twice count once. Throws Error naming the file
 /// if it is malformed, not connected, or lacks vertices.
 Input read_input(const std::string& path, const std::string& start,
                  std::optional<std::uint64_t> shuffle = std::nullopt,
-                 bool repair_information = false);
+                 bool repair_information = false, bool in_question = false);
 
 /// The result of a solver.
 struct Solution {
@@ -48,7 +50,7 @@ struct Solution {
   std::string method;
   std::string message;  ///< empty if it converged
   int signal = 0;       ///< signal that stopped it between two poses, or 0
-  std::string note;     ///< remark for the user about a converged result
+  Health health;        ///< what only the solver knows
   int iterations = 0;
   double seconds = 0;
   double objective = 0;

@@ -24,7 +24,7 @@ StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalize
   for (const auto& factor : delta.continuous) normalizer += factor->log_normalizer();
   const UpdateReport report = smoother.update(delta);
   if (report.status != UpdateReport::Status::kOk) {
-    throw Error(fmt::format("at pose {}: {}", vertex_id(pose.index()), report.message));
+    throw Error(fmt::format("at pose {}: {}", vertex_name(pose.index()), report.message));
   }
   StepRecord record{report};
   record.keyframe = static_cast<std::int64_t>(vertex_id(pose.index()));
@@ -81,7 +81,7 @@ Solution solve_online(const Input& input) {
     solution.steps.push_back(step(smoother, feed, normalizer));
     StepRecord& last = solution.steps.back();
     last.time = static_cast<double>(solution.steps.size() - 1);
-    last.landmarks = smoother.values().size() - solution.steps.size();
+    last.landmarks = smoother.values().size() - feed.added();
     solution.seconds += last.seconds;
     solution.iterations += last.rounds;
     progress.update(solution.steps.size(), last.cost);

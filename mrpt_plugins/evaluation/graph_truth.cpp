@@ -9,10 +9,12 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/text_reader.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 
@@ -37,7 +39,7 @@ std::vector<CPose3D> read_by_id(const std::string& file, const std::vector<Key>&
   std::vector<CPose3D> rows;
   for (Key key : poses) {
     if (!values.contains(key)) {
-      throw Error(fmt::format("{}: has no pose for vertex {}", file, key.index()));
+      throw Error(fmt::format("{}: has no pose for vertex {}", file, vertex_name(key.index())));
     }
     rows.push_back(pose_at(values, key));
   }
@@ -112,13 +114,14 @@ std::map<Key, CPose3D> read_true_poses(const std::string& file, const std::strin
   return result;
 }
 
-std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector<Key>& poses,
-                                      const Values& estimate) {
-  const std::map<Key, CPose3D> rows = read_true_poses(file, "", poses);
+std::vector<PosePair> pair_with_truth(const std::map<Key, CPose3D>& truth, const Values& estimate) {
   std::vector<PosePair> pairs;
-  const CPose3D first = pose_at(estimate, poses.front());
-  for (Key key : poses) {
-    pairs.push_back({pose_at(estimate, key), first + (rows.at(key) - rows.at(poses.front()))});
+  std::optional<CPose3D> motion;
+  for (const auto& [key, pose] : truth) {
+    if (!estimate.contains(key)) continue;
+    const CPose3D estimated = pose_at(estimate, key);
+    if (!motion) motion = estimated + (CPose3D() - pose);
+    pairs.push_back({estimated, *motion + pose});
   }
   return pairs;
 }

@@ -26,9 +26,9 @@ std::map<Key, mrpt::poses::CPose3D> read_true_poses(const std::string& file,
                                                     const std::string& times_file,
                                                     const std::vector<Key>& poses);
 
-/// Pairs the estimated poses with the true ones. The truth is moved so that the first poses
-/// coincide.
-std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector<Key>& poses,
+/// Pairs the poses that have an estimate with the true ones, which are moved so that the first
+/// poses coincide.
+std::vector<PosePair> pair_with_truth(const std::map<Key, mrpt::poses::CPose3D>& truth,
                                       const Values& estimate);
 
 }  // namespace hybrid

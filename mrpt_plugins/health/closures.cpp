@@ -41,6 +41,28 @@ HealthEntry entry_on_margin(double least) {
 
 }  // namespace
 
+Health parts_health(const std::vector<ClosureDecision>& links, std::size_t candidates) {
+  if (links.empty()) return {};
+  const auto unsupported = static_cast<std::size_t>(std::count_if(
+      links.begin(), links.end(), [](const ClosureDecision& link) { return !link.accepted(); }));
+  HealthEntry entry;
+  entry.name = "parts of the trajectory";
+  entry.value = static_cast<double>(unsupported);
+  entry.sentence =
+      unsupported == 0
+          ? fmt::format("{} parts of the trajectory are joined by closures that agree.",
+                        links.size() + 1)
+          : fmt::format(
+                "Of {} parts of the trajectory {} are joined by one closure that no other "
+                "supports.",
+                links.size() + 1, unsupported);
+  if (unsupported == 0) return {entry};
+  const bool others_would_do = candidates > links.size();
+  entry.verdict = others_would_do ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
+  entry.knob = "--trusted FILE with pairs that are known to be right";
+  return {entry};
+}
+
 Health closure_health(const std::vector<ClosureDecision>& decisions) {
   Health health;
   std::size_t judged = 0, rejected = 0;
