@@ -44,7 +44,8 @@ FLOORS = {
         {"selection", "maps", "initialization"},
         {"choices"},
         {"online"},
-        {"methods", "objects", "scans", "uncertainty"},
+        {"methods", "objects", "scans"},
+        {"uncertainty"},
         {"hybrid.h"},
     ],
     "mrpt_plugins": [

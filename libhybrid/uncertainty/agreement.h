@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <vector>
+
+#include "libhybrid/association/prediction.h"
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/scans/laser_scan.h"
+
+namespace HYBRID_API hybrid {
+
+/// Times between a measurement and a look at its place [s].
+struct AgreementOptions {
+  /// Soon after: later than errors of sensors last, and before odometry has lost its way.
+  double near_from = 3, near_to = 20;
+  /// Much later: the path alone brings such looks to the same place.
+  double far_from = 60;
+};
+
+/// How often later looks at a place find what was measured there: soon after, which needs no map,
+/// and much later, which needs a path that is right. Both are compared at like distances and
+/// directions of view, so that what a sensor overlooks or takes amiss enters both.
+struct Agreement {
+  double soon = 0, late = 0;  ///< shares of looks that found it
+  double ratio = 0;           ///< late over soon; about 1 where the path is right
+  double sigma = 0;           ///< standard deviation of the ratio, by stretches of the log
+  std::size_t looks = 0;      ///< late ones, with soon ones to compare with
+  double judged = 0;          ///< share of the measured places that had such looks
+  /// The ratio of what was measured in one stretch of the log.
+  struct Stretch {
+    double time = 0;  ///< when it began [s]
+    double ratio = 0;
+    std::size_t looks = 0;
+  };
+  std::vector<Stretch> stretches;  ///< in order of time; those with looks alone
+};
+
+/// What a sensor detected at one time, laid out by a path.
+struct PlacedDetections {
+  double time = 0;    ///< [s]
+  int robot = 0;      ///< looks of different robots are late whatever the time
+  int sensor = 0;     ///< its range and field of view are learnt from its detections
+  bool is_3d = true;  ///< else two numbers each, in the plane of the sensor
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  std::vector<MeasuredPoint> seen;  ///< range and angles
+};
+
+/// The agreement over time of detections with ranges; in any order. No association, no landmark and
+/// no prior is used, only which places were detected again when they were in view. It takes at most
+/// 2,000 places and 200 looks at each, evenly spread.
+Agreement agreement_of_detections(std::vector<PlacedDetections> frames,
+                                  const AgreementOptions& options = {});
+
+/// A scan laid out by a path; it must outlive the call.
+struct PlacedScan {
+  double time = 0;  ///< [s]
+  int robot = 0;
+  SE2 T_map_sensor;
+  bool is_upside_down = false;  ///< rays that turn to the left are seen turning to the right
+  const LaserScan* scan = nullptr;
+};
+
+/// The same of planar scans: whether rays towards a place end at the surface that was measured
+/// there, or go through it. Rays that end before it tell nothing.
+Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& options = {});
+
+}  // namespace hybrid

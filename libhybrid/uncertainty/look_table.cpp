@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/uncertainty/detail/look_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hybrid {
+namespace {
+
+constexpr double kStretch = 20;     // [s] of the log, left out in turn
+constexpr double kFewestSoon = 20;  // looks that tell a share
+constexpr std::size_t kMostSoon = 60, kMostLate = 140;
+
+/// Thins positions evenly.
+void thin(std::vector<std::size_t>& positions, std::size_t most) {
+  if (positions.size() <= most) return;
+  for (std::size_t i = 0; i < most; ++i) positions[i] = positions[i * positions.size() / most];
+  positions.resize(most);
+}
+
+}  // namespace
+
+void LookTable::begin_place(double time) {
+  stretch_ = &stretches_[std::lround(std::floor((time - begin_) / kStretch))];
+  ++places_;
+  has_late_ = false;
+}
+
+void LookTable::add(bool late, double range, double turn, bool found) {
+  const int r = std::clamp(static_cast<int>(kRanges * range / reach_), 0, kRanges - 1);
+  const int t = std::clamp(static_cast<int>(kTurns * turn / M_PI), 0, kTurns - 1);
+  for (Counts* counts : {&all_, stretch_}) {
+    Count& count = (*counts)[late ? 1 : 0][static_cast<std::size_t>(r * kTurns + t)];
+    count.looks += 1;
+    count.found += found ? 1 : 0;
+  }
+  if (late && !has_late_) ++seen_late_;
+  has_late_ = has_late_ || late;
+}
+
+/// The shares of looks that found something, both as the late ones are spread.
+LookTable::Shares LookTable::compare(const Counts& soon, const Counts& late, double least_soon) {
+  Shares out;
+  for (std::size_t i = 0; i < soon[0].size(); ++i) {
+    const Count &s = soon[0][i], &l = late[1][i];
+    if (s.looks < least_soon || l.looks <= 0) continue;
+    out.looks += l.looks;
+    out.soon += l.looks * s.found / s.looks;
+    out.late += l.found;
+  }
+  out.soon /= std::max(1.0, out.looks);
+  out.late /= std::max(1.0, out.looks);
+  return out;
+}
+
+/// Standard deviation of the ratio by leaving out each stretch in turn.
+double LookTable::jackknife() const {
+  std::vector<double> ratios;
+  for (const auto& [number, counts] : stretches_) {
+    Counts rest = all_;
+    for (std::size_t late = 0; late < rest.size(); ++late) {
+      for (std::size_t i = 0; i < rest[late].size(); ++i) {
+        rest[late][i].looks -= counts[late][i].looks;
+        rest[late][i].found -= counts[late][i].found;
+      }
+    }
+    const Shares shares = compare(rest, rest, kFewestSoon);
+    if (shares.looks > 0 && shares.soon > 0) ratios.push_back(shares.ratio());
+  }
+  if (ratios.size() < 2) return std::numeric_limits<double>::infinity();
+  const auto n = static_cast<double>(ratios.size());
+  double mean = 0, sum = 0;
+  for (const double r : ratios) mean += r / n;
+  for (const double r : ratios) sum += (r - mean) * (r - mean);
+  return std::sqrt((n - 1) / n * sum);
+}
+
+Agreement LookTable::conclude() const {
+  Agreement out;
+  const Shares all = compare(all_, all_, kFewestSoon);
+  if (all.looks <= 0 || all.soon <= 0) return out;
+  out.soon = all.soon;
+  out.late = all.late;
+  out.ratio = all.ratio();
+  out.sigma = jackknife();
+  out.looks = static_cast<std::size_t>(all.looks);
+  out.judged = static_cast<double>(seen_late_) / static_cast<double>(places_);
+  for (const auto& [number, counts] : stretches_) {
+    const Shares own = compare(all_, counts, kFewestSoon);
+    if (own.looks <= 0 || own.soon <= 0) continue;
+    out.stretches.push_back({begin_ + kStretch * static_cast<double>(number), own.ratio(),
+                             static_cast<std::size_t>(own.looks)});
+  }
+  return out;
+}
+
+LookChoice::LookChoice(std::vector<std::pair<double, int>> looks, const AgreementOptions& options)
+    : looks_(std::move(looks)), options_(options) {}
+
+std::pair<std::vector<std::size_t>, std::vector<std::size_t>> LookChoice::around(double time,
+                                                                                 int robot) const {
+  std::pair<std::vector<std::size_t>, std::vector<std::size_t>> out;
+  for (std::size_t i = 0; i < looks_.size(); ++i) {
+    const double apart = std::abs(looks_[i].first - time);
+    if (looks_[i].second != robot || apart > options_.far_from) {
+      out.second.push_back(i);
+    } else if (apart > options_.near_from && apart < options_.near_to) {
+      out.first.push_back(i);
+    }
+  }
+  thin(out.first, kMostSoon);
+  thin(out.second, kMostLate);
+  return out;
+}
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace hybrid

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/uncertainty/agreement.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/geometry/polar.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kLap = 80;  // [s]
+constexpr double kSigmaRange = 0.1, kSigmaAngle = 0.01;
+
+/// Where a robot is at a time that drives around in circles of 10 m.
+SE2 true_pose(double time) {
+  const double angle = 2 * M_PI * time / kLap;
+  return SE2(10 * std::cos(angle), 10 * std::sin(angle), angle + M_PI / 2);
+}
+
+/// The error of a path in the plane, by time.
+using Error = std::function<Eigen::Vector2d(double)>;
+Eigen::Vector2d none(double) {
+  return Eigen::Vector2d::Zero();
+}
+/// A path that is `metres` off in the second lap, and back again.
+Error in_second_lap(double metres) {
+  return [metres](double time) {
+    return Eigen::Vector2d(metres * std::sin(M_PI * std::clamp(time / kLap - 0.5, 0.0, 1.0)), 0);
+  };
+}
+
+SE2 moved(const SE2& pose, const Eigen::Vector2d& by) {
+  return SE2(pose.x() + by.x(), pose.y() + by.y(), pose.angle());
+}
+
+/// Detections of things around the circle, in each second, laid out by a path that has errors.
+std::vector<PlacedDetections> detections(double seconds, const Error& error, unsigned seed = 1,
+                                         bool is_3d = false) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> place(-16, 16), share(0, 1);
+  std::vector<Eigen::Vector3d> things;
+  for (int i = 0; i < 60; ++i) things.emplace_back(place(random), place(random), is_3d ? 1 : 0);
+  std::vector<PlacedDetections> out;
+  for (double time = 0; time < seconds; time += 1) {
+    PlacedDetections frame;
+    frame.time = 1.7e9 + time;
+    frame.is_3d = is_3d;
+    frame.T_map_sensor = to_isometry(moved(true_pose(time), error(time)));
+    for (const Eigen::Vector3d& thing : things) {
+      Eigen::VectorXd z =
+          to_polar(Eigen::Vector3d(to_isometry(true_pose(time)).inverse() * thing)).eval();
+      if (z[0] > 9 || std::abs(z[1]) > 1.5 || share(random) < 0.2) continue;
+      if (!is_3d) z.conservativeResize(2);
+      Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(z.size(), kSigmaAngle);
+      sigmas[0] = kSigmaRange;
+      for (Eigen::Index i = 0; i < z.size(); ++i) z[i] += sigmas[i] * normal(random);
+      frame.seen.push_back({z, sigmas.cwiseAbs2().asDiagonal()});
+    }
+    out.push_back(std::move(frame));
+  }
+  return out;
+}
+
+TEST(AgreementOverTime, OfDetectionsIsOneForTheRightPathWhateverTheSeed) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const Agreement found = agreement_of_detections(detections(2 * kLap, none, seed));
+    EXPECT_NEAR(found.ratio, 1, 3 * found.sigma + 0.02) << seed;
+    EXPECT_LT(found.sigma, 0.05) << seed;
+    EXPECT_GT(found.looks, 1000U) << seed;
+    EXPECT_GT(found.judged, 0.9) << seed;
+  }
+}
+
+TEST(AgreementOverTime, OfDetectionsFallsWithTheErrorOfThePath) {
+  double before = 0.99;
+  for (const double metres : {0.3, 0.6, 1.2}) {
+    const Agreement found = agreement_of_detections(detections(2 * kLap, in_second_lap(metres)));
+    EXPECT_LT(found.ratio, before - 0.05) << metres;
+    before = found.ratio;
+  }
+  EXPECT_LT(before, 0.6);
+}
+
+TEST(AgreementOverTime, InSpaceIsOneForTheRightPathAndLessForAWrongOne) {
+  const Agreement right = agreement_of_detections(detections(2 * kLap, none, 1, true));
+  EXPECT_NEAR(right.ratio, 1, 3 * right.sigma + 0.02);
+  EXPECT_LT(agreement_of_detections(detections(2 * kLap, in_second_lap(1), 1, true)).ratio, 0.7);
+}
+
+TEST(AgreementOverTime, IsNotJudgedWhereNothingIsSeenAgain) {
+  const Agreement found = agreement_of_detections(detections(0.6 * kLap, none));
+  EXPECT_EQ(found.looks, 0U);
+  EXPECT_TRUE(found.stretches.empty());
+}
+
+TEST(AgreementOverTime, OfNothingOrOfOneDetectionIsNotJudged) {
+  EXPECT_EQ(agreement_of_detections({}).looks, 0U);
+  std::vector<PlacedDetections> one = detections(2, none);
+  one.resize(1);
+  one.front().seen.resize(1);
+  EXPECT_EQ(agreement_of_detections(one).looks, 0U);
+  one.front().seen.clear();
+  EXPECT_EQ(agreement_of_detections(one).looks, 0U);
+  EXPECT_EQ(agreement_of_scans({}).looks, 0U);
+}
+
+TEST(AgreementOverTime, ShowsWhenThePathWentWrong) {
+  // right in the first two laps, 2 m off in the last
+  const Error error = [](double time) { return Eigen::Vector2d(time < 2 * kLap ? 0 : 2, 0); };
+  const Agreement found = agreement_of_detections(detections(3 * kLap, error));
+  double early = 0, late = 0;
+  for (const Agreement::Stretch& stretch : found.stretches) {
+    (stretch.time < 1.7e9 + 2 * kLap ? early : late) += stretch.ratio;
+  }
+  EXPECT_GT(early / 8, 1.5 * late / 4);
+}
+
+TEST(AgreementOverTime, TakesLooksOfAnotherRobotForLate) {
+  std::vector<PlacedDetections> both = detections(30, none, 1), other = detections(30, none, 1);
+  for (PlacedDetections& frame : other) {
+    frame.robot = 1;
+    both.push_back(std::move(frame));
+  }
+  const Agreement found = agreement_of_detections(both);
+  EXPECT_GT(found.looks, 100U);
+  EXPECT_NEAR(found.ratio, 1, 0.15);
+}
+
+TEST(AgreementOverTime, IsTheSameInAnyOrderOfFrames) {
+  std::vector<PlacedDetections> frames = detections(2 * kLap, in_second_lap(0.5));
+  const double ratio = agreement_of_detections(frames).ratio;
+  std::reverse(frames.begin(), frames.end());
+  EXPECT_EQ(agreement_of_detections(frames).ratio, ratio);
+}
+
+/// Scans of a square room of 24 m with a block in the middle of it, one a second.
+std::vector<LaserScan> room_scans(double seconds) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<LaserScan> out;
+  for (double time = 0; time < seconds; time += 1) {
+    LaserScan scan;
+    scan.time = time;
+    scan.first_angle = -M_PI / 2;
+    scan.angle_step = M_PI / 180;
+    const SE2 pose = true_pose(time);
+    for (int i = 0; i <= 180; ++i) {
+      const double angle = pose.angle() + scan.first_angle + i * scan.angle_step;
+      const Eigen::Vector2d d(std::cos(angle), std::sin(angle)), p = pose.translation();
+      double range = std::numeric_limits<double>::infinity();
+      for (const double half : {12.0, 4.0}) {
+        for (int k = 0; k < 2; ++k) {
+          for (const double side : {-half, half}) {
+            const double t = (side - p[k]) / d[k];
+            if (t > 0 && std::abs(p[1 - k] + t * d[1 - k]) <= half) range = std::min(range, t);
+          }
+        }
+      }
+      scan.ranges.push_back(static_cast<float>(range + noise(random)));
+    }
+    out.push_back(std::move(scan));
+  }
+  return out;
+}
+
+Agreement of_scans(const std::vector<LaserScan>& scans, const Error& error) {
+  std::vector<PlacedScan> placed;
+  for (const LaserScan& scan : scans) {
+    placed.push_back({scan.time, 0, moved(true_pose(scan.time), error(scan.time)), false, &scan});
+  }
+  return agreement_of_scans(placed);
+}
+
+TEST(AgreementOverTime, OfScansIsOneForTheRightPathAndFallsWithItsError) {
+  const std::vector<LaserScan> scans = room_scans(2 * kLap);
+  const Agreement right = of_scans(scans, none);
+  EXPECT_NEAR(right.ratio, 1, 0.02);
+  EXPECT_GT(right.judged, 0.8);
+  const Agreement off = of_scans(scans, in_second_lap(0.5));
+  EXPECT_LT(off.ratio, 0.9);
+  EXPECT_LT(of_scans(scans, in_second_lap(2)).ratio, off.ratio);
+  EXPECT_EQ(of_scans(room_scans(30), none).looks, 0U);
+}
+
+TEST(AgreementOverTime, OfScansTakesRaysOfBothSenses) {
+  std::vector<LaserScan> scans = room_scans(2 * kLap);
+  for (LaserScan& scan : scans) {
+    std::reverse(scan.ranges.begin(), scan.ranges.end());
+    scan.first_angle = -scan.first_angle;
+    scan.angle_step = -scan.angle_step;
+  }
+  EXPECT_NEAR(of_scans(scans, none).ratio, 1, 0.02);
+}
+
+TEST(AgreementOverTime, OfScansTakesSensorsThatHangUpsideDown) {
+  std::vector<LaserScan> scans = room_scans(2 * kLap);
+  std::vector<PlacedScan> placed;
+  for (LaserScan& scan : scans) {
+    scan.first_angle = -scan.first_angle;
+    scan.angle_step = -scan.angle_step;
+    placed.push_back({scan.time, 0, true_pose(scan.time), true, &scan});
+  }
+  EXPECT_NEAR(agreement_of_scans(placed).ratio, 1, 0.02);
+}
+
+TEST(AgreementOverTime, OfScansWithoutReturnsIsNotJudged) {
+  std::vector<LaserScan> scans = room_scans(2 * kLap);
+  for (LaserScan& scan : scans) {
+    for (float& range : scan.ranges) range = std::numeric_limits<float>::quiet_NaN();
+  }
+  EXPECT_EQ(of_scans(scans, none).looks, 0U);
+}
+
+}  // namespace
+}  // namespace hybrid
