@@ -195,6 +195,27 @@ bool may_repeat(const ReplayRequest& request, const ReplaySettings& settings) {
                       [](const RobotSettings& r) { return is_standard_input(r.rawlog); });
 }
 
+/// A map and what it says about itself; it is written unless another is as good.
+Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, const Session& session,
+               const MapResult& result, const OutputDirectory& out, const Conditions& conditions) {
+  const int signal = session.signal();
+  Attempt made;
+  made.request = request;
+  made.path = result.trajectory;
+  made.work = session.mapper().work();
+  made.outcome = {summarize(session, result), out.folder(), signal};
+  made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
+                                [](const auto& r) { return r.source.correction.hides_ids; });
+  made.may_measure = signal == 0 && may_measure(request, settings);
+  Summary& summary = made.outcome.summary;
+  summary.chosen_plugins = settings.chosen;
+  summary.health =
+      judge_run(request, settings, session.source().repeated_stamps(), session.mapper(), result);
+  if (conditions.other == nullptr) judge_findings(settings, summary.health);
+  made.is_written = conditions.want(summary.health, signal);
+  return made;
+}
+
 /// One attempt; where `doubt` has become the reason why the robots are not in the map file, nothing
 /// was made, and it is to be made again with that.
 Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
@@ -231,22 +252,10 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
 
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();
-  const int signal = session.signal();
   scans.finish(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
-  Attempt made;
-  made.request = request;
-  made.path = result.trajectory;
-  made.work = mapper.work();
-  made.outcome = {summarize(session, result), out.folder(), signal};
-  made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
-                                [](const auto& r) { return r.source.correction.hides_ids; });
-  made.may_measure = signal == 0 && may_measure(request, settings);
+  Attempt made = judged(request, settings, session, result, out, conditions);
   Summary& summary = made.outcome.summary;
-  summary.chosen_plugins = settings.chosen;
-  summary.health = judge_run(request, settings, session.source().repeated_stamps(), mapper, result);
-  if (conditions.other == nullptr) judge_findings(settings, summary.health);
-  made.is_written = conditions.want(summary.health, signal);
   if (!made.is_written) return made;
   tell_findings(settings, summary);
   session.place().tell(result, summary);
