@@ -22,7 +22,7 @@ enum class RecordKind : std::uint8_t {
   kEnd
 };
 
-enum class MotionKind : std::uint8_t { kNone, kPlane, kSpace };
+enum class WrittenMotion : std::uint8_t { kNone, kPlane, kSpace };
 
 /// Writes the content of a record and tells its kind.
 struct ContentWriter {
@@ -80,16 +80,16 @@ struct ContentWriter {
 LoggedActions read_actions(ByteReader& in) {
   LoggedActions actions;
   actions.time = read_time(in);
-  const auto kind = static_cast<MotionKind>(in.get<std::uint8_t>());
-  if (kind == MotionKind::kPlane) {
+  const auto kind = static_cast<WrittenMotion>(in.get<std::uint8_t>());
+  if (kind == WrittenMotion::kPlane) {
     mrpt::poses::CPosePDFGaussian motion(read_pose_2d(in));
     read_matrix(in, motion.cov);
     actions.motion = motion;
-  } else if (kind == MotionKind::kSpace) {
+  } else if (kind == WrittenMotion::kSpace) {
     mrpt::poses::CPose3DPDFGaussian motion(read_pose_3d(in));
     read_matrix(in, motion.cov);
     actions.motion = motion;
-  } else if (kind != MotionKind::kNone) {
+  } else if (kind != WrittenMotion::kNone) {
     throw Error("a motion is neither in the plane nor in space");
   }
   return actions;
