@@ -13,19 +13,19 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostPlaces = 2000;
-constexpr double kGate = 0.95;  // probability of two detections of one thing to agree
+constexpr std::size_t kMostJudged = 2000;
+constexpr double kAgree = 0.95;  // probability of two detections of one thing to agree
 /// Shares of the detections of a sensor that are nearer, and less to the side, than its view ends.
 constexpr double kWithinRange = 0.9, kAside = 0.05;
 
 /// A detection where its sensor sees it.
-struct Place {
+struct DetectedPlace {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// What a sensor has in view, by its detections.
-struct View {
+struct ViewOfSensor {
   std::vector<double> ranges, yaws, pitches;  // of all
   double reach = 0, right = 0, left = 0, low = 0, high = 0;
 
@@ -42,8 +42,8 @@ struct View {
   }
 };
 
-Place place_of(const MeasuredPoint& seen) {
-  Place out;
+DetectedPlace detected_place(const MeasuredPoint& seen) {
+  DetectedPlace out;
   if (seen.z.size() == 2) {
     Eigen::Matrix2d J;
     out.point.head<2>() = from_polar(Eigen::Vector2d(seen.z), &J);
@@ -64,9 +64,9 @@ class Detections {
                      [](const auto& a, const auto& b) { return a.time < b.time; });
     for (const PlacedDetections& frame : frames_) {
       places_.emplace_back();
-      View& view = views_[frame.sensor];
+      ViewOfSensor& view = views_[frame.sensor];
       for (const MeasuredPoint& seen : frame.seen) {
-        places_.back().push_back(place_of(seen));
+        places_.back().push_back(detected_place(seen));
         view.ranges.push_back(seen.z[0]);
         view.yaws.push_back(seen.z[1]);
         view.pitches.push_back(seen.z.size() > 2 ? seen.z[2] : 0);
@@ -85,7 +85,7 @@ class Detections {
     std::vector<std::pair<double, int>> times;
     for (const PlacedDetections& frame : frames_) times.emplace_back(frame.time, frame.robot);
     const LookChoice choice(std::move(times), options);
-    const std::size_t every = (count_ + kMostPlaces - 1) / kMostPlaces;
+    const std::size_t every = (count_ + kMostJudged - 1) / kMostJudged;
     std::size_t number = 0;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (frames_[i].seen.empty()) continue;
@@ -109,15 +109,16 @@ class Detections {
   void look(std::size_t i, std::size_t k, std::size_t j, bool late, LookTable& table) const {
     const PlacedDetections &from = frames_[i], &to = frames_[j];
     const Eigen::Isometry3d T = to.T_map_sensor.inverse() * from.T_map_sensor;
-    const Place& place = places_[i][k];
+    const DetectedPlace& place = places_[i][k];
     Eigen::Vector3d p = T * place.point;
     if (!to.is_3d) p.z() = 0;
     const Eigen::Vector3d z = to_polar(p);
     if (!views_.at(to.sensor).holds(z, to.is_3d)) return;
     const Eigen::Matrix3d C = T.linear() * place.covariance * T.linear().transpose();
-    const bool found = std::any_of(places_[j].begin(), places_[j].end(), [&](const Place& other) {
-      return agree(p - other.point, C + other.covariance, to.is_3d ? 3 : 2);
-    });
+    const bool found =
+        std::any_of(places_[j].begin(), places_[j].end(), [&](const DetectedPlace& other) {
+          return agree(p - other.point, C + other.covariance, to.is_3d ? 3 : 2);
+        });
     table.add(late, z[0], angle_between(T.linear() * place.point, p), found);
   }
 
@@ -131,11 +132,11 @@ class Detections {
   }
 
   std::vector<PlacedDetections> frames_;
-  std::vector<std::vector<Place>> places_;
-  std::map<int, View> views_;
+  std::vector<std::vector<DetectedPlace>> places_;
+  std::map<int, ViewOfSensor> views_;
   std::size_t count_ = 0;
   double reach_ = 0;
-  double gate2_ = chi_square_quantile(kGate, 2), gate3_ = chi_square_quantile(kGate, 3);
+  double gate2_ = chi_square_quantile(kAgree, 2), gate3_ = chi_square_quantile(kAgree, 3);
 };
 
 }  // namespace

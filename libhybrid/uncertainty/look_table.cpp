@@ -10,7 +10,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kStretch = 20;     // [s] of the log, left out in turn
+constexpr double kLeftOut = 20;     // [s] of the log, left out in turn
 constexpr double kFewestSoon = 20;  // looks that tell a share
 constexpr std::size_t kMostSoon = 60, kMostLate = 140;
 
@@ -24,7 +24,7 @@ void thin(std::vector<std::size_t>& positions, std::size_t most) {
 }  // namespace
 
 void LookTable::begin_place(double time) {
-  stretch_ = &stretches_[std::lround(std::floor((time - begin_) / kStretch))];
+  stretch_ = &stretches_[std::lround(std::floor((time - begin_) / kLeftOut))];
   ++places_;
   has_late_ = false;
 }
@@ -91,7 +91,7 @@ Agreement LookTable::conclude() const {
   for (const auto& [number, counts] : stretches_) {
     const Shares own = compare(all_, counts, kFewestSoon);
     if (own.looks <= 0 || own.soon <= 0) continue;
-    out.stretches.push_back({begin_ + kStretch * static_cast<double>(number), own.ratio(),
+    out.stretches.push_back({begin_ + kLeftOut * static_cast<double>(number), own.ratio(),
                              static_cast<std::size_t>(own.looks)});
   }
   return out;

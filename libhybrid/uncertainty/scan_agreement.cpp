@@ -18,7 +18,7 @@ constexpr double kShortest = 0.3;         // [m]; the robot itself is nearer
 constexpr double kSame = 0.1;             // [m] to a surface that is the same, two cells of a grid
 
 /// A return and the direction that it was seen in, in the map.
-struct Place {
+struct SurfacePlace {
   Eigen::Vector2d point;
   double direction = 0;
 };
@@ -39,12 +39,12 @@ Eigen::Vector2d end_of(const PlacedScan& at, std::size_t ray) {
   return at.T_map_sensor * Eigen::Vector2d(range * std::cos(angle), range * std::sin(angle));
 }
 
-std::vector<Place> places_of(const PlacedScan& at) {
+std::vector<SurfacePlace> surfaces_of(const PlacedScan& at) {
   std::vector<std::size_t> rays;
   for (std::size_t i = 0; i < at.scan->ranges.size(); ++i) {
     if (is_return(at.scan->ranges[i]) && at.scan->ranges[i] < kReach) rays.push_back(i);
   }
-  std::vector<Place> out;
+  std::vector<SurfacePlace> out;
   const std::size_t count = std::min(kRays, rays.size());
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t ray = rays[i * rays.size() / count];
@@ -69,7 +69,8 @@ std::optional<std::size_t> ray_towards(const PlacedScan& at, double direction) {
 }
 
 /// Whether the rays of a scan towards a place end at it; nothing where they do not come so far.
-std::optional<bool> finds(const PlacedScan& at, const Place& place, std::size_t ray, double range) {
+std::optional<bool> finds(const PlacedScan& at, const SurfacePlace& place, std::size_t ray,
+                          double range) {
   const LaserScan& scan = *at.scan;
   const double same = kSame + range * std::abs(scan.angle_step) / 2;
   bool any = false, goes_through = true;
@@ -83,7 +84,7 @@ std::optional<bool> finds(const PlacedScan& at, const Place& place, std::size_t 
   return false;
 }
 
-void look(const Place& place, const PlacedScan& at, bool late, LookTable& table) {
+void look(const SurfacePlace& place, const PlacedScan& at, bool late, LookTable& table) {
   const Eigen::Vector2d seen = place.point - at.T_map_sensor.translation();
   const double range = seen.norm();
   if (range > kReach || range < kShortest) return;
@@ -122,7 +123,7 @@ Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptio
     }
     const auto [soon, late] =
         LookChoice(std::move(times), options).around(scans[i].time, scans[i].robot);
-    for (const Place& place : places_of(scans[i])) {
+    for (const SurfacePlace& place : surfaces_of(scans[i])) {
       table.begin_place(scans[i].time);
       for (const std::size_t j : soon) look(place, scans[near[j]], false, table);
       for (const std::size_t j : late) look(place, scans[near[j]], true, table);
