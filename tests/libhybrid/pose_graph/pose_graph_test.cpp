@@ -101,7 +101,7 @@ TEST(InitializeFromOdometry, PlacesPartsWhereTheyAreMeasured) {
     EXPECT_LT((values.at<SE2>(x(6)).translation() - Eigen::Vector2d(0, 10)).norm(), 1e-9);
   }
   // One position leaves the second part free, and the first one alone makes no common frame.
-  for (const std::string priors : {first + "EDGE_PRIOR_SE2_XY 5 0 9 1 0 1\n", first, second}) {
+  for (const std::string& priors : {first + "EDGE_PRIOR_SE2_XY 5 0 9 1 0 1\n", first, second}) {
     EXPECT_THROW(initialize_from_odometry(parse_graph(ways + priors, "test")), Error) << priors;
   }
 }
