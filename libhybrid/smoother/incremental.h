@@ -128,7 +128,7 @@ class IncrementalSmoother {
   /// proportional to their paths in the tree; where a weak component with a factor is chosen, which
   /// the tree leaves out, at the cost of a batch factorisation. It is that of the linear models of
   /// the tree: after an update whose report says that much is `open`, as beyond some hundredths, a
-  /// batch at the same estimate can tell several times more or less; after converge() the two agree.
+  /// batch at the same estimate can tell several times more or less; after converge() both agree.
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const;
   /// Covariance of J x with x their tangents at the estimate stacked: precise where x itself is
   /// not, as that of places relative to each other at the end of a long way. There a pose should be

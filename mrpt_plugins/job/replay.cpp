@@ -118,9 +118,8 @@ void map_as_measured(const ReplayRequest& request, Attempts& attempts, Attempt& 
     const bool again =
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
     if (!again) return;
-    Attempt next = attempts.make(
-        remedies.apply(request),
-        {&taken.outcome.summary.health, is_better, !changed, in_doubt, taken.had_no_ids});
+    Attempt next = attempts.make(remedies.apply(request), {&taken.outcome.summary.health, is_better,
+                                                           !changed, in_doubt, taken.had_no_ids});
     const Health made = next.outcome.summary.health;
     const std::vector<std::string> units = unit_words(next.outcome.summary.calibration);
     const bool calibrated_in_vain =

@@ -49,8 +49,7 @@ TEST_F(BoxesInImages, ImagesAreNumberedInFrontOfWhatRoboflowAdds) {
 
 TEST_F(BoxesInImages, NamesMayBeTimes) {
   options_.boxes.period = 0;
-  options_.odometry =
-      write("odometry.csv", "time,x,y,yaw\n1700000000,0,0,0\n1700000009,9,0,0\n");
+  options_.odometry = write("odometry.csv", "time,x,y,yaw\n1700000000,0,0,0\n1700000009,9,0,0\n");
   for (const auto& [a, b] : {std::pair("1700000001.500000", "1700000003.000000"),
                              std::pair("1700000001500", "1700000003000"),
                              std::pair("1700000001500000000", "1700000003000000000")}) {

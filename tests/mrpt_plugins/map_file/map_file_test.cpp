@@ -220,7 +220,8 @@ TEST_F(MapFileTest, HoldsNothingThatAMapCannotBe) {
   expect_refused_after(landmark + "z = 1", "landmark 0: it is not in the plane of the map, and 2");
   expect_refused_after(landmark + "xy = 1000", "landmark 0: it has no covariance");
   expect_refused_after(landmark + "xx = -1", "it has no covariance");
-  expect_refused_after(landmark + "xx = 1e-5, yy = 1e-5", "its covariance and the prior contradict");
+  expect_refused_after(landmark + "xx = 1e-5, yy = 1e-5",
+                       "its covariance and the prior contradict");
   expect_refused_after(landmark + "existence = -1e308", "no log odds of its existence");
   expect_refused_after(landmark + "sightings = 2147483647", "no number of sightings");
   expect_refused_after("UPDATE prior SET r11 = 1e-300 WHERE number = 0", "contradict");

@@ -207,8 +207,8 @@ TEST(MapStyle, AFarDeadReckoningDoesNotShrinkTheMap) {
 }
 
 TEST(MapStyle, AThingHasOneColour) {
-  const Color colors[] = {map_style::kEstimate.color, map_style::kDeadReckoning.color,
-                          map_style::kTruth.color, map_style::kRejectedClosure.color,
+  const Color colors[] = {map_style::kEstimate.color,        map_style::kDeadReckoning.color,
+                          map_style::kTruth.color,           map_style::kRejectedClosure.color,
                           map_style::kAcceptedClosure.color, map_style::kUndecidedClosure.color};
   std::set<std::uint32_t> different;
   for (const Color& c : colors) different.insert(c.red << 16U | c.green << 8U | c.blue);

@@ -168,7 +168,8 @@ TEST(Summary, JsonHasTheFieldsThatScriptsRead) {
   EXPECT_EQ(json["mode"], "incremental");
   EXPECT_EQ(json["keyframes"], 250);
   EXPECT_TRUE(json["objective"].is_null());
-  for (const char* key : {"landmarks", "path_m", "cost", "solver_s", "total_s"}) EXPECT_TRUE(json[key] == 0);
+  for (const char* key : {"landmarks", "path_m", "cost", "solver_s", "total_s"})
+    EXPECT_TRUE(json[key] == 0);
   for (const char* key : {"total_s", "mean_ms", "p50_ms", "p95_ms", "p99_ms", "max_ms"}) {
     EXPECT_TRUE(json["steps"].contains(key)) << key;
   }
