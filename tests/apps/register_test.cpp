@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::Random;
 
-Ran run(const std::string& arguments) {
+Ran run_register(const std::string& arguments) {
   return run_app("hybrid-register " + arguments);
 }
 
@@ -46,7 +46,7 @@ class RegisterApp : public ScratchFolder {
   }
   Ran run_on(const std::string& source, const std::string& target,
              const std::string& more = "") const {
-    return run("'" + source + "' '" + target + "' " + more + " -o " + at("out"));
+    return run_register("'" + source + "' '" + target + "' " + more + " -o " + at("out"));
   }
 };
 
@@ -113,8 +113,8 @@ TEST_F(RegisterApp, BadInputIsToldAndNothingWritten) {
     EXPECT_NE(result.text.find(message), std::string::npos) << result.text;
     EXPECT_FALSE(fs::exists(at("out")));
   }
-  EXPECT_EQ(run("").code, 1);
-  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_EQ(run_register("").code, 1);
+  EXPECT_EQ(run_register("--help").code, 0);
 }
 
 TEST_F(RegisterApp, ReadsPointsMapsAndScansOfRawlogs) {

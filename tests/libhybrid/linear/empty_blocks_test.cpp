@@ -97,7 +97,7 @@ TEST(EmptyBlocks, FactorsInDoubleRefuseThem) {
       system.assemble(c.r.data(), c.J.data(), pool);
       for (const double damping : {0.0, 1e-3}) {
         const int failed = system.factorize(damping, pool);
-        EXPECT_EQ(failed >= 0, c.singular) << seed << ", damping " << damping;
+        EXPECT_EQ(failed >= 0, c.singular && damping == 0.0) << seed << ", damping " << damping;
         if (failed >= 0) continue;
         std::vector<double> x = system.gradient();
         system.solve(x.data());

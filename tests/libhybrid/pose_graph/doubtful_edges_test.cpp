@@ -27,7 +27,7 @@ TEST(EraseCopies, OfEdgesThatAreTheSameToTheLastBit) {
   EXPECT_EQ(graph.copies, 3u);
   EXPECT_EQ(graph.poses2.size(), 6u);
   EXPECT_EQ(graph.points2.size(), 1u);
-  EXPECT_EQ(graph.poses2[5].noise.information()(0, 0), 2.0);
+  EXPECT_DOUBLE_EQ(graph.poses2[5].noise.information()(0, 0), 2.0);
 }
 
 TEST(IsInformationInverted, WhereSigmasSayLessThanNothing) {

@@ -13,22 +13,23 @@
 namespace hybrid {
 namespace {
 
-/// Two rounds along the ring of corridors, by true odometry.
+/// Two rounds along the ring of corridors, by true odometry since the last scan that was added.
 class Rounds {
  public:
   bool goes_on() const { return next_ < way_.size(); }
   void add_to(ScanMapper& mapper) {
     std::optional<SE2> motion;
-    if (next_ > 0) motion = way_[next_ - 1].between(way_[next_]);
+    if (next_ > 0) motion = way_[last_].between(way_[next_]);
     std::mt19937 random(static_cast<unsigned>(next_));
     mapper.add(plan_.scan(way_[next_], 91, 0.01, random), motion);
+    last_ = next_;
   }
   void go_on() { ++next_; }
 
  private:
   testing::FloorPlan plan_ = testing::ring();
   std::vector<SE2> way_ = testing::way_around_ring(2, 0.3);
-  std::size_t next_ = 0;
+  std::size_t next_ = 0, last_ = 0;
 };
 
 /// Stored scans whose covariance is none: each keyframe that is matched with them throws.
