@@ -30,11 +30,6 @@ constexpr std::size_t kMaxWaiting = 256;
 constexpr const char* kTooFar =
     "odometry dropped: farther, or less certain, than [reader] max_speed allows";
 
-/// No wheel makes a robot faster by more than its grip on the floor allows [m/s^2].
-constexpr double kGrip = 9.81;
-constexpr const char* kJump =
-    "odometry dropped: it jumps farther than wheels can accelerate from the step before";
-
 /// Multiple of the usual period beyond which frames count as missing.
 constexpr double kLongGap = 10;
 
@@ -311,14 +306,8 @@ bool RawlogReader::is_beyond_odometry(double time) const {
 
 void RawlogReader::drop_implausible(LogStep& step) {
   const double time = emitted_ > 0 ? step.time - emitted_time_ : 0.0;
-  if (!step.odometry) return;
-  const double during = std::max(time, options_.period);
-  const double speed = step.odometry->mean.norm() / during;
-  const double most = last_speed_ ? *last_speed_ + kGrip * during : speed;
-  last_speed_ = std::min(speed, most);
-  const bool is_within_speed = is_plausible(*step.odometry, reach(time));
-  if (is_within_speed && speed <= most) return;
-  ++warnings_[is_within_speed ? kJump : kTooFar];
+  if (!step.odometry || is_plausible(*step.odometry, reach(time))) return;
+  ++warnings_[kTooFar];
   step.odometry.reset();
 }
 

@@ -137,8 +137,7 @@ class RawlogReader {
   std::map<std::string, std::size_t> observations_;
   std::deque<LogStep> ready_;
   std::size_t emitted_ = 0;
-  double emitted_time_ = 0;           // of the last emitted step
-  std::optional<double> last_speed_;  // of the last odometry [m/s], over a period at least
+  double emitted_time_ = 0;  // of the last emitted step
   double last_time_;
   double usual_gap_ = 0;  // running mean of the time between frames
   bool started_ = false;

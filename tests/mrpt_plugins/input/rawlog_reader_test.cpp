@@ -316,26 +316,6 @@ TEST(RawlogReader, BeforeAndAfterTheOdometryMotionIsNotKnown) {
   }
 }
 
-TEST(RawlogReader, AJumpThatNoWheelsCanMakeIsMissing) {
-  const TemporaryFile log("jump.rawlog");
-  const auto moves = [&](const std::vector<double>& lengths) {
-    Objects objects{frame({observation(0)})};
-    for (std::size_t i = 0; i < lengths.size(); ++i) {
-      objects.push_back(motion_2d({lengths[i], 0, 0}, 0.1));
-      objects.push_back(frame({observation(1.0 + static_cast<double>(i))}));
-    }
-    write_log(log.path(), objects);
-    RawlogReader reader(log.path());
-    std::vector<bool> known;
-    while (const auto step = reader.next()) known.push_back(step->odometry.has_value());
-    return known;
-  };
-  EXPECT_EQ(moves({0.5, 0.5, -25, 0.5}), (std::vector<bool>{false, true, true, false, true}));
-  EXPECT_EQ(moves({0.5, 40, -40}), (std::vector<bool>{false, true, false, false})) << "and back";
-  EXPECT_EQ(moves({30, 30, 35}), (std::vector<bool>{false, true, true, true})) << "a car";
-  EXPECT_EQ(moves({0, 8, 16, 24}), (std::vector<bool>{false, true, true, true, true}));
-}
-
 TEST(RawlogReader, ObservationsWithoutOdometryAllComeOut) {
   const TemporaryFile log("no_odometry.rawlog");
   std::vector<mrpt::serialization::CSerializable::Ptr> objects;
