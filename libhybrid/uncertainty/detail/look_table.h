@@ -48,8 +48,8 @@ class LookTable {
   bool has_late_ = false;
 };
 
-/// Which of some looks, in order of time, are soon after or before a time, and which late: at most
-/// so many of each, evenly spread. `robots` and `times` belong together.
+/// Which of some looks, by time [s] and robot in order of time, are soon after or before a time,
+/// and which late: at most 60 and 140, evenly spread.
 class LookChoice {
  public:
   LookChoice(std::vector<std::pair<double, int>> looks, const AgreementOptions& options);
