@@ -52,7 +52,7 @@ struct PlacedDetections {
 
 /// The agreement over time of detections with ranges; in any order. No association, no landmark and
 /// no prior is used, only which places were detected again when they were in view. It takes at most
-/// 2,000 places and 200 looks at each, evenly spread.
+/// 8,000 places and 200 looks at each, evenly spread.
 Agreement agreement_of_detections(std::vector<PlacedDetections> frames,
                                   const AgreementOptions& options = {});
 

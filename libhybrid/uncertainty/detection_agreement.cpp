@@ -13,7 +13,7 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostJudged = 2000;
+constexpr std::size_t kMostJudged = 8000;
 constexpr double kAgree = 0.95;  // probability of two detections of one thing to agree
 /// Shares of the detections of a sensor that are nearer, and less to the side, than its view ends.
 constexpr double kWithinRange = 0.9, kAside = 0.05;
@@ -94,11 +94,10 @@ class Detections {
         if (number++ % every == 0) taken.push_back(k);
       }
       if (taken.empty()) continue;
-      const auto [soon, late] = choice.around(frames_[i].time, frames_[i].robot);
+      const auto looks = choice.around(frames_[i].time, frames_[i].robot);
       for (const std::size_t k : taken) {
         table.begin_place(frames_[i].time);
-        for (const std::size_t j : soon) look(i, k, j, false, table);
-        for (const std::size_t j : late) look(i, k, j, true, table);
+        for (const auto& [when, j] : looks) look(i, k, j, when, table);
       }
     }
     return table.conclude();
@@ -106,7 +105,7 @@ class Detections {
 
  private:
   /// The look of frame j at place k of frame i.
-  void look(std::size_t i, std::size_t k, std::size_t j, bool late, LookTable& table) const {
+  void look(std::size_t i, std::size_t k, std::size_t j, LookTime when, LookTable& table) const {
     const PlacedDetections &from = frames_[i], &to = frames_[j];
     const Eigen::Isometry3d T = to.T_map_sensor.inverse() * from.T_map_sensor;
     const DetectedPlace& place = places_[i][k];
@@ -119,7 +118,7 @@ class Detections {
         std::any_of(places_[j].begin(), places_[j].end(), [&](const DetectedPlace& other) {
           return agree(p - other.point, C + other.covariance, to.is_3d ? 3 : 2);
         });
-    table.add(late, z[0], angle_between(T.linear() * place.point, p), found);
+    table.add(when, z[0], angle_between(T.linear() * place.point, p), found);
   }
 
   bool agree(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance, int dim) const {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLeftOut = 20;     // [s] of the log, left out in turn
 constexpr double kFewestSoon = 20;  // looks that tell a share
-constexpr std::size_t kMostSoon = 60, kMostLate = 140;
+constexpr std::size_t kMostSoon = 30, kMostLate = 140;
 
 /// Thins positions evenly.
 void thin(std::vector<std::size_t>& positions, std::size_t most) {
@@ -24,32 +24,51 @@ void thin(std::vector<std::size_t>& positions, std::size_t most) {
 }  // namespace
 
 void LookTable::begin_place(double time) {
+  end_place();
   stretch_ = &stretches_[std::lround(std::floor((time - begin_) / kLeftOut))];
   ++places_;
-  has_late_ = false;
 }
 
-void LookTable::add(bool late, double range, double turn, bool found) {
+void LookTable::add(LookTime when, double range, double turn, bool found) {
   const int r = std::clamp(static_cast<int>(kRanges * range / reach_), 0, kRanges - 1);
   const int t = std::clamp(static_cast<int>(kTurns * turn / M_PI), 0, kTurns - 1);
-  for (Counts* counts : {&all_, stretch_}) {
-    Count& count = (*counts)[late ? 1 : 0][static_cast<std::size_t>(r * kTurns + t)];
-    count.looks += 1;
-    count.found += found ? 1 : 0;
-  }
-  if (late && !has_late_) ++seen_late_;
-  has_late_ = has_late_ || late;
+  looks_.push_back({when, static_cast<std::size_t>(r * kTurns + t), found});
 }
 
-/// The shares of looks that found something, both as the late ones are spread.
-LookTable::Shares LookTable::compare(const Counts& soon, const Counts& late, double least_soon) {
+/// Whether any look of a time found the present place.
+bool LookTable::stands(LookTime when) const {
+  return std::any_of(looks_.begin(), looks_.end(),
+                     [when](const Look& look) { return look.when == when && look.found; });
+}
+
+void LookTable::end_place() {
+  const bool before = stands(LookTime::kBefore), after = stands(LookTime::kAfter);
+  bool has_late = false;
+  for (const Look& look : looks_) {
+    const bool is_late = look.when == LookTime::kLate;
+    if (look.when == LookTime::kBefore ? !after : !before && !(is_late && after)) continue;
+    for (Counts* counts : {&all_, stretch_}) {
+      Count& count = (*counts)[is_late ? 1 : 0][look.bin];
+      count.looks += 1;
+      count.found += look.found ? 1 : 0;
+    }
+    has_late = has_late || is_late;
+  }
+  if (has_late) ++seen_late_;
+  looks_.clear();
+}
+
+/// The shares of looks that found something, both as the late ones of `spread` are spread.
+LookTable::Shares LookTable::compare(const Counts& soon, const Counts& late,
+                                     const Counts& spread) const {
   Shares out;
   for (std::size_t i = 0; i < soon[0].size(); ++i) {
     const Count &s = soon[0][i], &l = late[1][i];
-    if (s.looks < least_soon || l.looks <= 0) continue;
-    out.looks += l.looks;
-    out.soon += l.looks * s.found / s.looks;
-    out.late += l.found;
+    if (all_[0][i].looks < kFewestSoon || s.looks <= 0 || l.looks <= 0) continue;
+    const double looks = spread[1][i].looks;
+    out.looks += looks;
+    out.soon += looks * s.found / s.looks;
+    out.late += looks * l.found / l.looks;
   }
   out.soon /= std::max(1.0, out.looks);
   out.late /= std::max(1.0, out.looks);
@@ -67,7 +86,7 @@ double LookTable::jackknife() const {
         rest[late][i].found -= counts[late][i].found;
       }
     }
-    const Shares shares = compare(rest, rest, kFewestSoon);
+    const Shares shares = compare(rest, rest, all_);
     if (shares.looks > 0 && shares.soon > 0) ratios.push_back(shares.ratio());
   }
   if (ratios.size() < 2) return std::numeric_limits<double>::infinity();
@@ -78,9 +97,10 @@ double LookTable::jackknife() const {
   return std::sqrt((n - 1) / n * sum);
 }
 
-Agreement LookTable::conclude() const {
+Agreement LookTable::conclude() {
+  end_place();
   Agreement out;
-  const Shares all = compare(all_, all_, kFewestSoon);
+  const Shares all = compare(all_, all_, all_);
   if (all.looks <= 0 || all.soon <= 0) return out;
   out.soon = all.soon;
   out.late = all.late;
@@ -89,7 +109,7 @@ Agreement LookTable::conclude() const {
   out.looks = static_cast<std::size_t>(all.looks);
   out.judged = static_cast<double>(seen_late_) / static_cast<double>(places_);
   for (const auto& [number, counts] : stretches_) {
-    const Shares own = compare(all_, counts, kFewestSoon);
+    const Shares own = compare(all_, counts, counts);
     if (own.looks <= 0 || own.soon <= 0) continue;
     out.stretches.push_back({begin_ + kLeftOut * static_cast<double>(number), own.ratio(),
                              static_cast<std::size_t>(own.looks)});
@@ -100,19 +120,23 @@ Agreement LookTable::conclude() const {
 LookChoice::LookChoice(std::vector<std::pair<double, int>> looks, const AgreementOptions& options)
     : looks_(std::move(looks)), options_(options) {}
 
-std::pair<std::vector<std::size_t>, std::vector<std::size_t>> LookChoice::around(double time,
-                                                                                 int robot) const {
-  std::pair<std::vector<std::size_t>, std::vector<std::size_t>> out;
+std::vector<std::pair<LookTime, std::size_t>> LookChoice::around(double time, int robot) const {
+  std::vector<std::size_t> before, after, late;
   for (std::size_t i = 0; i < looks_.size(); ++i) {
-    const double apart = std::abs(looks_[i].first - time);
-    if (looks_[i].second != robot || apart > options_.far_from) {
-      out.second.push_back(i);
-    } else if (apart > options_.near_from && apart < options_.near_to) {
-      out.first.push_back(i);
+    const double later = looks_[i].first - time;
+    if (looks_[i].second != robot || std::abs(later) > options_.far_from) {
+      late.push_back(i);
+    } else if (std::abs(later) > options_.near_from && std::abs(later) < options_.near_to) {
+      (later < 0 ? before : after).push_back(i);
     }
   }
-  thin(out.first, kMostSoon);
-  thin(out.second, kMostLate);
+  thin(before, kMostSoon);
+  thin(after, kMostSoon);
+  thin(late, kMostLate);
+  std::vector<std::pair<LookTime, std::size_t>> out;
+  for (const std::size_t i : before) out.emplace_back(LookTime::kBefore, i);
+  for (const std::size_t i : after) out.emplace_back(LookTime::kAfter, i);
+  for (const std::size_t i : late) out.emplace_back(LookTime::kLate, i);
   return out;
 }
 

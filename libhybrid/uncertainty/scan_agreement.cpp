@@ -84,7 +84,7 @@ std::optional<bool> finds(const PlacedScan& at, const SurfacePlace& place, std::
   return false;
 }
 
-void look(const SurfacePlace& place, const PlacedScan& at, bool late, LookTable& table) {
+void look(const SurfacePlace& place, const PlacedScan& at, LookTime when, LookTable& table) {
   const Eigen::Vector2d seen = place.point - at.T_map_sensor.translation();
   const double range = seen.norm();
   if (range > kReach || range < kShortest) return;
@@ -93,7 +93,7 @@ void look(const SurfacePlace& place, const PlacedScan& at, bool late, LookTable&
   if (!ray) return;
   const auto found = finds(at, place, *ray, range);
   if (!found) return;
-  table.add(late, range, std::abs(wrap_angle(direction - place.direction)), *found);
+  table.add(when, range, std::abs(wrap_angle(direction - place.direction)), *found);
 }
 
 bool may_see(const PlacedScan& a, const PlacedScan& b) {
@@ -121,12 +121,11 @@ Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptio
       near.push_back(j);
       times.emplace_back(scans[j].time, scans[j].robot);
     }
-    const auto [soon, late] =
+    const auto looks =
         LookChoice(std::move(times), options).around(scans[i].time, scans[i].robot);
     for (const SurfacePlace& place : surfaces_of(scans[i])) {
       table.begin_place(scans[i].time);
-      for (const std::size_t j : soon) look(place, scans[near[j]], false, table);
-      for (const std::size_t j : late) look(place, scans[near[j]], true, table);
+      for (const auto& [when, j] : looks) look(place, scans[near[j]], when, table);
     }
   }
   return table.conclude();

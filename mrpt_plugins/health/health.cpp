@@ -9,6 +9,8 @@ namespace hybrid {
 
 const char* to_string(HealthVerdict verdict) {
   switch (verdict) {
+    case HealthVerdict::kNotJudged:
+      return "not judged";
     case HealthVerdict::kGood:
       return "good";
     case HealthVerdict::kDoubtful:

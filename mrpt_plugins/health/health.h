@@ -11,13 +11,20 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a quantity says of a result.
-enum class HealthVerdict { kGood, kDoubtful, kBad };
+/// What a quantity says of a result, from what counts least. One that is not judged had no basis.
+enum class HealthVerdict { kNotJudged, kGood, kDoubtful, kBad };
+
+/// The value of a quantity in a stretch of the log.
+struct HealthSample {
+  double time = 0;  ///< when the stretch began [s]
+  double value = 0;
+  double weight = 0;  ///< on how many comparisons it rests
+};
 
 /// One quantity that a run tells about itself, without any truth.
 struct HealthEntry {
   std::string name;
-  double value = 0;
+  double value = 0;  ///< NaN where it is not judged
   /// Limits that the value is within in a good result; where there is none, infinite.
   double least = 0, most = 0;
   HealthVerdict verdict = HealthVerdict::kGood;
@@ -25,11 +32,12 @@ struct HealthEntry {
   std::string knob;      ///< what to look at or to change first; empty where the verdict is good
   /// section.key of the INI, a factor of what "value" is measured in; empty: there is none.
   std::string scale = {};
+  std::vector<HealthSample> over_time = {};  ///< empty: it is a value of the whole
 };
 
 using Health = std::vector<HealthEntry>;
 
-/// "good", "doubtful" or "bad".
+/// "not judged", "good", "doubtful" or "bad".
 const char* to_string(HealthVerdict verdict);
 
 /// The worst verdict of all; good where there is none.

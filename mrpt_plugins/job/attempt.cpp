@@ -11,11 +11,13 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
+#include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/job/detail/movie.h"
 #include "mrpt_plugins/job/detail/result_files.h"
 #include "mrpt_plugins/job/detail/run_report.h"
 #include "mrpt_plugins/job/detail/run_summary.h"
 #include "mrpt_plugins/job/detail/scan_outputs.h"
+#include "mrpt_plugins/mapping/detection_archive.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/report/photographs.h"
 #include "mrpt_plugins/session/detail/session.h"
@@ -162,9 +164,10 @@ void take_photographs(const ReplayRequest& request, ReplaySettings& settings) {
 
 /// What is done after each keyframe.
 Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, RunReport& report,
-                     ScanOutputs& scans) {
+                     ScanOutputs& scans, DetectionArchive& detections) {
   return [&, keyframes = std::size_t{0}](const StepRecord& step, const Keyframe& keyframe) mutable {
     scans.added(step, keyframe);
+    detections.add(static_cast<std::size_t>(step.keyframe), keyframe);
     ++keyframes;
     std::string line = report.watch(session.mapper(), step, keyframe);
     if (watchers.progress) {
@@ -197,7 +200,8 @@ bool may_repeat(const ReplayRequest& request, const ReplaySettings& settings) {
 
 /// A map and what it says about itself; it is written unless another is as good.
 Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, const Session& session,
-               const MapResult& result, const OutputDirectory& out, const Conditions& conditions) {
+               const MapResult& result, const OutputDirectory& out, const Conditions& conditions,
+               Health agreement) {
   const int signal = session.signal();
   Attempt made;
   made.request = request;
@@ -209,8 +213,11 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
-  summary.health =
-      judge_run(request, settings, session.source().repeated_stamps(), session.mapper(), result);
+  summary.health = std::move(agreement);
+  for (HealthEntry& entry :
+       judge_run(request, settings, session.source().repeated_stamps(), session.mapper(), result)) {
+    summary.health.push_back(std::move(entry));
+  }
   if (conditions.other == nullptr) judge_findings(settings, summary.health);
   made.is_written = conditions.want(summary.health, signal);
   return made;
@@ -235,10 +242,11 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   session.begin();
   RunReport report(request, settings, out);
   ScanOutputs scans(settings.keeps_scans, session.plugins());
+  DetectionArchive detections;
   report.begin(session.mapper(), settings.title);
   session.mapper().limit_work(conditions.most_work);
   try {
-    session.map(watch(session, watchers, movie, report, scans));
+    session.map(watch(session, watchers, movie, report, scans, detections));
   } catch (const TooMuchWork&) {
     return {request, {}, {}, false, false, false, session.mapper().work()};
   }
@@ -254,7 +262,10 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   const Mapper& mapper = session.mapper();
   scans.finish(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
-  Attempt made = judged(request, settings, session, result, out, conditions);
+  Attempt made = judged(
+      request, settings, session, result, out, conditions,
+      agreement_health(agreement_of_detections(detections.placed(mapper, result.trajectory)),
+                       agreement_of_scans(scans.placed(mapper, result.trajectory))));
   Summary& summary = made.outcome.summary;
   if (!made.is_written) return made;
   tell_findings(settings, summary);

@@ -20,6 +20,8 @@
 namespace hybrid {
 namespace {
 
+const double kLevel = std::cos(5 * M_PI / 180);  // of the vertical axis of a sensor
+
 /// A motion with its part in the plane replaced; height and tilt stay.
 Eigen::Isometry3d moved_in_plane(const Eigen::Isometry3d& motion, const SE2& planar) {
   const double turn = planar.angle() - std::atan2(motion(1, 0), motion(0, 0));
@@ -88,6 +90,21 @@ void ScanOutputs::finish(MapResult& result, const MapRecord& known) {
   drawn_ = drawn_keyframes(*archive_, result.trajectory);
   GridMap grid = draw_grid(stored_views(known), drawn_, result.trajectory);
   if (!grid.empty()) result.grid = std::make_shared<const GridMap>(std::move(grid));
+}
+
+std::vector<PlacedScan> ScanOutputs::placed(const Mapper& mapper,
+                                            const Trajectory& keyframes) const {
+  std::vector<PlacedScan> out;
+  for (const KeyframeScans& at : drawn_) {
+    for (const LaserScan* scan : at.scans) {
+      const Eigen::Isometry3d T = to_isometry(keyframes[at.keyframe].pose) * scan->T_robot_sensor;
+      const double up = T.linear()(2, 2);
+      if (std::abs(up) < kLevel) continue;
+      out.push_back(
+          {scan->time, static_cast<int>(mapper.robot_of(at.keyframe)), to_se2(T), up < 0, scan});
+    }
+  }
+  return out;
 }
 
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,

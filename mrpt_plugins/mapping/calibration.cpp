@@ -188,6 +188,13 @@ void Calibrator::place_sensors(std::vector<DetectionFrame>& frames, const Values
   }
 }
 
+std::optional<Eigen::Isometry3d> Calibrator::sensor(const std::string& label,
+                                                    const Values& values) const {
+  const auto it = sensors_.find(label);
+  if (it == sensors_.end() || !values.contains(it->second.key)) return std::nullopt;
+  return isometry_at(values, it->second.key);
+}
+
 void Calibrator::add_sensor(const Sensor& sensor, Delta& delta) const {
   const Noise noise = Noise::diagonal(sensor_sigmas(options_, is_3d_));
   insert_pose(delta.values, sensor.key, sensor.start, is_3d_);

@@ -54,6 +54,9 @@ class Calibrator {
   /// variables. Adds new variables and their priors to `delta`.
   void place_sensors(std::vector<DetectionFrame>& frames, const Values& values, Delta& delta);
 
+  /// Where a sensor sits by its estimate in `values`; nothing if it is not calibrated.
+  std::optional<Eigen::Isometry3d> sensor(const std::string& label, const Values& values) const;
+
   /// The variable of the odometry, or nothing if it is not calibrated. If `values` lacks it, it is
   /// added to `delta` with its prior.
   std::optional<Key> odometry(const Values& values, Delta& delta) const;

@@ -92,6 +92,11 @@ class Mapper {
   double time_of(std::size_t pose) const { return steps_[pose].time; }
   /// Of which robot a pose is.
   std::size_t robot_of(std::size_t pose) const { return steps_[pose].robot; }
+  /// Where a sensor of a robot sits by its estimate; nothing if it is not calibrated.
+  std::optional<Eigen::Isometry3d> calibrated_sensor(std::size_t robot,
+                                                     const std::string& label) const {
+    return robots_[robot].calibrator.sensor(label, backend_->values());
+  }
   /// Names of the robots; empty where there is but one without a name.
   std::vector<std::string> robot_names() const;
   /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty if not known.

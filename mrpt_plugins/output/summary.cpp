@@ -117,17 +117,20 @@ Json to_json(const CalibrationEstimate& calibration) {
   return out;
 }
 
-/// Limits that are infinite become null.
+/// Limits that are infinite, and a value that is not judged, become null.
 Json to_json(const Health& health) {
   Json out = Json::array();
   for (const HealthEntry& e : health) {
     const auto limit = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
     out.push_back({{"name", e.name},
-                   {"value", e.value},
+                   {"value", limit(e.value)},
                    {"expected", {limit(e.least), limit(e.most)}},
                    {"verdict", to_string(e.verdict)},
                    {"sentence", e.sentence},
                    {"knob", e.knob}});
+    for (const HealthSample& s : e.over_time) {
+      out.back()["over_time"].push_back({{"time", s.time}, {"value", s.value}, {"weight", s.weight}});
+    }
   }
   return out;
 }

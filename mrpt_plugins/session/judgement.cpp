@@ -141,8 +141,13 @@ bool is_better(const Health& a, const Health& b) {
   const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
     return entry.verdict > level || badness(entry) > kAlike * badness(b, entry.name);
   });
+  const auto is_judged = [](const HealthEntry& entry) {
+    return entry.verdict != HealthVerdict::kNotJudged;
+  };
   // A map of which less can be asked is not better for that.
-  return !is_worse && a.size() >= b.size() &&
+  return !is_worse &&
+         std::count_if(a.begin(), a.end(), is_judged) >=
+             std::count_if(b.begin(), b.end(), is_judged) &&
          std::count_if(a.begin(), a.end(), is_of_level) <
              std::count_if(b.begin(), b.end(), is_of_level);
 }

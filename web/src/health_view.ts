@@ -3,19 +3,21 @@
 
 import { el, show } from './dom';
 import { type NoiseRecord, noiseView } from './noise_view';
+import { Plot } from './plots';
 
 /** One quantity that a run tells about itself, as summary.json has it. */
 export interface HealthEntry {
   name: string;
   value: number | null;
   expected: [number | null, number | null];
-  verdict: 'good' | 'doubtful' | 'bad';
+  verdict: 'good' | 'doubtful' | 'bad' | 'not judged';
   sentence: string;
   knob: string;
+  over_time?: { time: number; value: number; weight: number }[];
 }
 
-const rank = { bad: 0, doubtful: 1, good: 2 };
-const mark = { bad: '✕', doubtful: '?', good: '✓' };
+const rank = { bad: 0, doubtful: 1, good: 2, 'not judged': 3 };
+const mark = { bad: '✕', doubtful: '?', good: '✓', 'not judged': '–' };
 
 function expected([least, most]: [number | null, number | null]): string {
   if (least === null || least === 0) return most === null ? '' : `at most ${show(most)}`;
@@ -27,7 +29,15 @@ export function healthHeadline(health: HealthEntry[]): string {
   const count = (verdict: string) => health.filter(e => e.verdict === verdict).length;
   if (count('bad')) return `${count('bad')} of ${health.length} checks say that the result is wrong`;
   if (count('doubtful')) return `${count('doubtful')} of ${health.length} checks are doubtful`;
-  return `all ${health.length} checks are good`;
+  return `${count('good')} of ${health.length} checks are good`;
+}
+
+/** The value by stretches of the log: where a map goes wrong it dips. */
+function overTime(entry: HealthEntry): HTMLElement | null {
+  const samples = entry.over_time ?? [];
+  if (samples.length < 2) return null;
+  return new Plot(entry.name, 'time [s]', samples.map(s => s.time - samples[0].time),
+      [{ label: 'value', values: samples.map(s => s.value), color: 'estimate' }]).root;
 }
 
 /** What the run says about itself, without truth, the worst first; and its noise. */
@@ -40,8 +50,8 @@ export function healthView(health: HealthEntry[] = [], noise: NoiseRecord[] = []
         el('h4', {}, el('span', { class: 'mark', 'aria-hidden': 'true' }, mark[entry.verdict]), ` ${entry.name} `,
             el('span', { class: 'verdict' }, entry.verdict)),
         el('p', {}, entry.sentence),
-        el('p', { class: 'quiet' }, `${show(entry.value)}; expected ${expected(entry.expected) || 'anything'}`),
-        entry.knob ? el('p', { class: 'knob' }, `Look at: ${entry.knob}`) : ''));
+        entry.verdict === 'not judged' ? null : el('p', { class: 'quiet' }, `${show(entry.value)}; expected ${expected(entry.expected) || 'anything'}`),
+        entry.knob ? el('p', { class: 'knob' }, `Look at: ${entry.knob}`) : '', overTime(entry)));
   }
   const table = noiseView(noise);
   if (table) root.append(table);

@@ -13,7 +13,12 @@
 
 namespace hybrid {
 
-/// Looks at measured places, by how far the place was and from which side it was seen.
+/// When a place was looked at: soon before it was measured, soon after, or much later or earlier.
+enum class LookTime { kBefore, kAfter, kLate };
+
+/// Looks at measured places, by how far the place was and from which side it was seen. Only what
+/// stands still is compared: of a place, the looks soon after count if one soon before found it, and
+/// the other way round.
 class LookTable {
  public:
   /// Of a log that begins at a time; `reach` is the longest range [m].
@@ -22,9 +27,9 @@ class LookTable {
   /// The looks at one place that was measured at a time follow.
   void begin_place(double time);
   /// A look from a range, turned by an angle against the measurement's direction of view.
-  void add(bool late, double range, double turn, bool found);
+  void add(LookTime when, double range, double turn, bool found);
 
-  Agreement conclude() const;
+  Agreement conclude();
 
  private:
   static constexpr int kRanges = 4, kTurns = 4;
@@ -37,26 +42,33 @@ class LookTable {
     double ratio() const { return late / soon; }
   };
 
-  static Shares compare(const Counts& soon, const Counts& late, double least_soon);
+  struct Look {
+    LookTime when = LookTime::kLate;
+    std::size_t bin = 0;  // by range and turn
+    bool found = false;
+  };
+
+  Shares compare(const Counts& soon, const Counts& late, const Counts& spread) const;
   double jackknife() const;
+  bool stands(LookTime when) const;
+  void end_place();
 
   double begin_, reach_;
   Counts all_{};
   std::map<long, Counts> stretches_;
   Counts* stretch_ = nullptr;
+  std::vector<Look> looks_;  // of the present place
   std::size_t places_ = 0, seen_late_ = 0;
-  bool has_late_ = false;
 };
 
-/// Which of some looks, by time [s] and robot in order of time, are soon after or before a time,
-/// and which late: at most 60 and 140, evenly spread.
+/// Which of some looks, by time [s] and robot in order of time, are soon before a time, soon after,
+/// and late: at most 30, 30 and 140, evenly spread.
 class LookChoice {
  public:
   LookChoice(std::vector<std::pair<double, int>> looks, const AgreementOptions& options);
 
-  /// Positions of looks at what a robot measured at a time, those that are late second.
-  std::pair<std::vector<std::size_t>, std::vector<std::size_t>> around(double time,
-                                                                       int robot) const;
+  /// Positions of looks at what a robot measured at a time.
+  std::vector<std::pair<LookTime, std::size_t>> around(double time, int robot) const;
 
  private:
   std::vector<std::pair<double, int>> looks_;

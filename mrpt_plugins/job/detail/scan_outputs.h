@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/maps/map_record.h"
+#include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/scan_archive.h"
@@ -35,6 +36,9 @@ class ScanOutputs {
 
   /// The scans that the grid is drawn of.
   const std::vector<KeyframeScans>& drawn() const { return drawn_; }
+
+  /// The same laid out by the path of all keyframes, those of sensors that are level.
+  std::vector<PlacedScan> placed(const Mapper& mapper, const Trajectory& keyframes) const;
 
   /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
   /// scans made closures. Returns warnings.

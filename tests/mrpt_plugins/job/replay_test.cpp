@@ -47,6 +47,34 @@ class Replay : public ScratchFolder {
   }
 };
 
+TEST_F(Replay, JudgesWhetherWhatWasMeasuredFarApartInTimeAgrees) {
+  ReplayRequest asked = request();
+  replay(asked);
+  const nlohmann::json right = summary().at("health").at(0);
+  EXPECT_EQ(right.at("name"), "agreement over time");
+  EXPECT_EQ(right.at("verdict"), "good") << right.at("sentence");
+  EXPECT_NEAR(right.at("value"), 1, 0.1);
+  EXPECT_GT(right.at("over_time").size(), 2U);
+  // Odometry that is stated to be all but exact: the path is that of dead reckoning.
+  asked.settings = {"sensor.noise=stated", "reader.odometry_sigma_factor=0.01"};
+  replay(asked);
+  const nlohmann::json wrong = summary().at("health").at(0);
+  EXPECT_EQ(wrong.at("name"), "agreement over time");
+  EXPECT_EQ(wrong.at("verdict"), "bad") << wrong.at("sentence");
+  EXPECT_LT(wrong.at("value"), 0.5);
+}
+
+TEST_F(Replay, IsNotJudgedWhereNothingIsInViewAgain) {
+  ReplayRequest asked = request();
+  asked.settings = {"keyframes.min_distance=1000", "keyframes.min_angle_deg=0",
+                    "keyframes.min_time=0"};
+  replay(asked);
+  const nlohmann::json entry = summary().at("health").at(0);
+  EXPECT_EQ(entry.at("verdict"), "not judged");
+  EXPECT_TRUE(entry.at("value").is_null());
+  EXPECT_FALSE(entry.contains("over_time"));
+}
+
 TEST_F(Replay, TellsOfItselfAndThenOfTheFiles) {
   ReplayRequest asked = request();
   asked.truth_path = kDemo + "_ground_truth_robot_path.txt";

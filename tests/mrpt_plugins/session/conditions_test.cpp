@@ -34,6 +34,9 @@ TEST(IsBetter, IsNotWhereLessIsAsked) {
   EXPECT_FALSE(is_better({}, {entry("a", 8)}));
   EXPECT_FALSE(is_better({entry("b", 1)}, {entry("a", 8), entry("b", 1)}));
   EXPECT_TRUE(is_better({entry("b", 1), entry("c", 1)}, {entry("a", 8), entry("b", 1)}));
+  HealthEntry not_judged;
+  not_judged.verdict = HealthVerdict::kNotJudged;
+  EXPECT_FALSE(is_better({not_judged, entry("b", 1)}, {entry("a", 8), entry("b", 1)}));
 }
 
 TEST(Conditions, WantWhatIsBetterAndNotStopped) {

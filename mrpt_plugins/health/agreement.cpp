@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/health/agreement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hybrid {
+namespace {
+
+/// The ratio of a right path is 1, but where sensors err in the same way for minutes, or things
+/// that stood still for seconds move. Measured paths that are right have 0.95 and more.
+constexpr double kDoubtful = 0.97, kBad = 0.9;
+
+
+HealthEntry empty_entry() {
+  HealthEntry entry;
+  entry.name = "agreement over time";
+  entry.value = std::numeric_limits<double>::quiet_NaN();
+  entry.least = kDoubtful;
+  entry.most = std::numeric_limits<double>::infinity();
+  entry.verdict = HealthVerdict::kNotJudged;
+  return entry;
+}
+
+/// When the stretch of the log began that has the most looks that did not agree [s].
+double begin_of_worst(const Agreement& found) {
+  const auto lost = [](const Agreement::Stretch& s) { return double(s.looks) * (1 - s.ratio); };
+  return std::max_element(found.stretches.begin(), found.stretches.end(),
+                          [&](const auto& a, const auto& b) { return lost(a) < lost(b); })
+      ->time;
+}
+
+HealthEntry entry_of(const std::string& what, const Agreement& found) {
+  HealthEntry entry = empty_entry();
+  entry.value = found.ratio;
+  entry.least = std::max(0.0, kDoubtful - found.sigma);
+  const double at_best = found.ratio + found.sigma;
+  entry.verdict = HealthVerdict::kGood;
+  if (at_best < kDoubtful) entry.verdict = HealthVerdict::kDoubtful;
+  if (at_best < kBad) entry.verdict = HealthVerdict::kBad;
+  entry.sentence = fmt::format(
+      "{} found {:.0f} % of what had been measured a minute or more apart at the places in view, "
+      "and {:.0f} % of what had been measured seconds apart: {:.2f} +- {:.2f} of it.",
+      what, 100 * found.late, 100 * found.soon, found.ratio, found.sigma);
+  for (const Agreement::Stretch& stretch : found.stretches) {
+    entry.over_time.push_back({stretch.time, stretch.ratio, double(stretch.looks)});
+  }
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob = fmt::format(
+        "the path, which is the least right {:.0f} s after its first such stretch began; other "
+        "checks may tell why",
+        begin_of_worst(found) - found.stretches.front().time);
+  }
+  return entry;
+}
+
+}  // namespace
+
+Health agreement_health(const Agreement& detections, const Agreement& scans) {
+  Health health;
+  if (std::isfinite(detections.sigma) && detections.looks > 0) {
+    health.push_back(entry_of("Detections", detections));
+  }
+  if (std::isfinite(scans.sigma) && scans.looks > 0) health.push_back(entry_of("Scans", scans));
+  if (!health.empty()) return health;
+  HealthEntry entry = empty_entry();
+  entry.sentence =
+      "Too little was in view again a minute later to tell whether the path is right.";
+  return {entry};
+}
+
+}  // namespace hybrid

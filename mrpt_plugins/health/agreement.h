@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "libhybrid/uncertainty/agreement.h"
+#include "mrpt_plugins/health/health.h"
+
+namespace HYBRID_API hybrid {
+
+/// Whether what was measured far apart in time agrees in space, an entry for detections and one for
+/// scans; one that is not judged where neither was seen again.
+Health agreement_health(const Agreement& detections, const Agreement& scans);
+
+}  // namespace hybrid

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "mrpt_plugins/health/agreement.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace hybrid {
+namespace {
+
+Agreement agreement(double ratio, double sigma) {
+  Agreement out;
+  out.soon = 0.8;
+  out.late = 0.8 * ratio;
+  out.ratio = ratio;
+  out.sigma = sigma;
+  out.looks = 1000;
+  out.stretches = {{100, 1.0, 500}, {120, 2 * ratio - 1, 500}, {140, 0.1, 1}};
+  return out;
+}
+
+HealthVerdict verdict(double ratio, double sigma) {
+  return worst(agreement_health(agreement(ratio, sigma), {}));
+}
+
+TEST(AgreementHealth, IsBadOrDoubtfulWhereTheRatioAndItsSigmaAreBelowThatOfARightPath) {
+  EXPECT_EQ(verdict(1.0, 0.01), HealthVerdict::kGood);
+  EXPECT_EQ(verdict(0.95, 0.03), HealthVerdict::kGood);
+  EXPECT_EQ(verdict(0.95, 0.01), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict(0.8, 0.12), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict(0.8, 0.05), HealthVerdict::kBad);
+}
+
+TEST(AgreementHealth, HasAnEntryForDetectionsAndOneForScans) {
+  EXPECT_EQ(agreement_health(agreement(1, 0.1), {}).size(), 1U);
+  const Health both = agreement_health(agreement(1, 0.1), agreement(0.5, 0.1));
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_EQ(both[0].name, "agreement over time");
+  EXPECT_EQ(both[1].name, "agreement over time");
+  EXPECT_EQ(both[1].verdict, HealthVerdict::kBad);
+  EXPECT_EQ(both[1].value, 0.5);
+}
+
+TEST(AgreementHealth, TellsWhenTheMostDoesNotAgree) {
+  const HealthEntry entry = agreement_health(agreement(0.5, 0.1), {}).front();
+  EXPECT_NE(entry.knob.find("20 s after"), std::string::npos) << entry.knob;
+  ASSERT_EQ(entry.over_time.size(), 3U);
+  EXPECT_EQ(entry.over_time[1].time, 120);
+  EXPECT_EQ(entry.over_time[1].value, 0.0);
+  EXPECT_EQ(entry.over_time[1].weight, 500);
+}
+
+TEST(AgreementHealth, IsNotJudgedWhereNothingIsSeenAgain) {
+  Agreement alone = agreement(0.5, std::numeric_limits<double>::infinity());
+  for (const Health& health : {agreement_health({}, {}), agreement_health(alone, {})}) {
+    ASSERT_EQ(health.size(), 1U);
+    EXPECT_EQ(health[0].verdict, HealthVerdict::kNotJudged);
+    EXPECT_TRUE(std::isnan(health[0].value));
+    EXPECT_EQ(worst(health), HealthVerdict::kGood);
+    EXPECT_TRUE(health[0].over_time.empty());
+  }
+}
+
+}  // namespace
+}  // namespace hybrid
