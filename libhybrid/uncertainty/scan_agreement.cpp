@@ -121,8 +121,7 @@ Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptio
       near.push_back(j);
       times.emplace_back(scans[j].time, scans[j].robot);
     }
-    const auto looks =
-        LookChoice(std::move(times), options).around(scans[i].time, scans[i].robot);
+    const auto looks = LookChoice(std::move(times), options).around(scans[i].time, scans[i].robot);
     for (const SurfacePlace& place : surfaces_of(scans[i])) {
       table.begin_place(scans[i].time);
       for (const auto& [when, j] : looks) look(place, scans[near[j]], when, table);

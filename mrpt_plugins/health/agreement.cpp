@@ -16,7 +16,6 @@ namespace {
 /// that stood still for seconds move. Measured paths that are right have 0.95 and more.
 constexpr double kDoubtful = 0.97, kBad = 0.9;
 
-
 HealthEntry empty_entry() {
   HealthEntry entry;
   entry.name = "agreement over time";
@@ -69,8 +68,7 @@ Health agreement_health(const Agreement& detections, const Agreement& scans) {
   if (std::isfinite(scans.sigma) && scans.looks > 0) health.push_back(entry_of("Scans", scans));
   if (!health.empty()) return health;
   HealthEntry entry = empty_entry();
-  entry.sentence =
-      "Too little was in view again a minute later to tell whether the path is right.";
+  entry.sentence = "Too little was in view again a minute later to tell whether the path is right.";
   return {entry};
 }
 

@@ -262,10 +262,10 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   const Mapper& mapper = session.mapper();
   scans.finish(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
-  Attempt made = judged(
-      request, settings, session, result, out, conditions,
-      agreement_health(agreement_of_detections(detections.placed(mapper, result.trajectory)),
-                       agreement_of_scans(scans.placed(mapper, result.trajectory))));
+  Attempt made =
+      judged(request, settings, session, result, out, conditions,
+             agreement_health(agreement_of_detections(detections.placed(mapper, result.trajectory)),
+                              agreement_of_scans(scans.placed(mapper, result.trajectory))));
   Summary& summary = made.outcome.summary;
   if (!made.is_written) return made;
   tell_findings(settings, summary);

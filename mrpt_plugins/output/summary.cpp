@@ -129,7 +129,8 @@ Json to_json(const Health& health) {
                    {"sentence", e.sentence},
                    {"knob", e.knob}});
     for (const HealthSample& s : e.over_time) {
-      out.back()["over_time"].push_back({{"time", s.time}, {"value", s.value}, {"weight", s.weight}});
+      out.back()["over_time"].push_back(
+          {{"time", s.time}, {"value", s.value}, {"weight", s.weight}});
     }
   }
   return out;

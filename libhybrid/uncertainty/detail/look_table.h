@@ -17,8 +17,8 @@ namespace hybrid {
 enum class LookTime { kBefore, kAfter, kLate };
 
 /// Looks at measured places, by how far the place was and from which side it was seen. Only what
-/// stands still is compared: of a place, the looks soon after count if one soon before found it, and
-/// the other way round.
+/// stands still is compared: of a place, the looks soon after count if one soon before found it,
+/// and the other way round.
 class LookTable {
  public:
   /// Of a log that begins at a time; `reach` is the longest range [m].

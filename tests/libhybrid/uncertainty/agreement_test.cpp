@@ -90,7 +90,7 @@ TEST(AgreementOverTime, WhatMovesIsNoErrorOfThePath) {
       const std::size_t still = frame.seen.size();
       for (std::size_t k = 0; k < still; ++k) {
         Eigen::Vector3d p = frame.T_map_sensor * from_polar(Eigen::Vector3d(
-                                frame.seen[k].z[0], frame.seen[k].z[1], 0.0));
+                                                     frame.seen[k].z[0], frame.seen[k].z[1], 0.0));
         p.x() += std::fmod(p.x() * 7 + moved_by + 40, 16.0) - 8;
         Eigen::VectorXd z = to_polar(Eigen::Vector3d(frame.T_map_sensor.inverse() * p)).head<2>();
         if (z[0] < 9 && std::abs(z[1]) < 1.5) frame.seen.push_back({z, frame.seen[k].covariance});

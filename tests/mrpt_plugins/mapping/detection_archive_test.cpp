@@ -34,7 +34,8 @@ Keyframe detecting_keyframe(double time) {
 /// A map of keyframes along the x axis, and their path.
 struct Driven {
   explicit Driven(std::size_t count)
-      : mapper(MotionOptions(), {}, make_backend(IniFile("", "test.ini").section("solver")), false) {
+      : mapper(MotionOptions(), {}, make_backend(IniFile("", "test.ini").section("solver")),
+               false) {
     for (std::size_t i = 0; i < count; ++i) mapper.add(detecting_keyframe(double(i)));
     path = mapper.result().trajectory;
   }
