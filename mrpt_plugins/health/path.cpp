@@ -23,7 +23,6 @@ constexpr double kLeastRedundancyOfPath = 5;
 constexpr double kOdometryDoubtful = 1.5, kOdometryBad = 2;
 constexpr UpperLimits kScaleLimits{1.5, 2};  // of an estimated scale: no wheel is worn so far
 constexpr double kOdometryExcess = 4;
-constexpr double kLostScans = 0.01;     // share of scans that agree with nothing, of right maps
 constexpr double kSureOfPath = 0.9999;  // probability at which something is not by chance
 constexpr int kBlocks = 20;             // left out in turn, for the sigma of the delay
 constexpr double kLeastDelay = 0.1;     // of the time between keyframes
@@ -139,10 +138,8 @@ HealthEntry entry_on(const Correction& correction, const RunFacts& facts) {
   } else if (excess > kOdometryExcess) {
     entry.verdict = facts.run.associates ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
   }
-  // Where scans agree with each other, the fault is of the odometry, and the path does not follow
-  // it.
-  const bool scans_agree = facts.figure("scans_lost") <= kLostScans * facts.figure("scans");
-  if (facts.is_by_scans() && scans_agree) {
+  // The fault is of the odometry then, and a path by scans does not follow it.
+  if (facts.is_by_scans() && facts.run.agrees) {
     entry.verdict = std::min(entry.verdict, HealthVerdict::kDoubtful);
   }
   entry.sentence = fmt::format(

@@ -24,6 +24,8 @@ struct RunToJudge {
   bool associates = false;
   /// Figures of the plugins (MappingPlugin::statistics).
   std::map<std::string, double> statistics = {};
+  /// What was measured far apart in time agrees in space.
+  bool agrees = false;
 };
 
 /// All that a run tells about itself without truth; quantities that it has no basis for are left

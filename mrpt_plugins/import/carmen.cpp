@@ -18,6 +18,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/import/detail/carmen_lines.h"
+#include "mrpt_plugins/input/odometry_reset.h"
 
 namespace hybrid {
 namespace {
@@ -310,7 +311,10 @@ class CarmenImport {
       log_.drop("time stamp repaired: it went backwards, that of the scan before taken");
     }
     ImportedStep step{scan.time, {}, {observation_of(scan)}, {}};
-    if (last_ && last_->second && scan.robot) {
+    const bool starts_anew = scan.robot && reset_.at({scan.robot->x(), scan.robot->y(), 0});
+    if (starts_anew) {
+      log_.drop("odometry dropped: it starts anew, so that the motion there is not known");
+    } else if (last_ && last_->second && scan.robot) {
       step.motion = motion_between(*last_->second, *scan.robot);
     }
     last_ = {scan.time, scan.robot};
@@ -346,6 +350,7 @@ class CarmenImport {
 
   const CarmenOptions& options_;
   LogWriter log_;
+  OdometryReset reset_;
   double step_deg_ = 0, fov_deg_ = 0, offset_ = 0, max_range_ = 0;  // of PARAM lines; 0: not told
   std::optional<CPose2D> laser_;  // on the robot, by the poses of FLASER lines
   bool is_driven_ = false, assumes_angle_ = false, moves_laser_ = false, is_cut_ = false;

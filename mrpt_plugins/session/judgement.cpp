@@ -153,12 +153,20 @@ bool is_better(const Health& a, const Health& b) {
 }
 
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
-                 double repeated_stamps, const Mapper& mapper, const MapResult& result) {
+                 double repeated_stamps, const Mapper& mapper, const MapResult& result,
+                 Health agreement) {
   const Backend& backend = mapper.backend();
   const Estimate estimate{backend.values(), backend.assignment()};
   const std::map<std::string, std::size_t> dropped = mapper.dropped();
-  Health health = run_health({backend.graph(), estimate, result, dropped,
-                              !mapper.decisions().empty(), mapper.statistics()});
+  const bool agrees = std::all_of(agreement.begin(), agreement.end(), [](const auto& entry) {
+    return entry.verdict == HealthVerdict::kGood;
+  });
+  Health health = std::move(agreement);
+  for (HealthEntry& entry :
+       run_health({backend.graph(), estimate, result, dropped, !mapper.decisions().empty(),
+                   mapper.statistics(), agrees})) {
+    health.push_back(std::move(entry));
+  }
   if (repeated_stamps > kRepeatedLimits.doubtful) {
     health.push_back(judged_entry(
         "stamps of the odometry that repeat", repeated_stamps, kRepeatedLimits,

@@ -13,7 +13,8 @@ namespace HYBRID_API hybrid {
 /// from the rest, and both paths are compared; `settings` chose the plugins. Throws Error where a
 /// log can be read but once.
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
-                 double repeated_stamps, const Mapper& mapper, const MapResult& result);
+                 double repeated_stamps, const Mapper& mapper, const MapResult& result,
+                 Health agreement);
 
 /// How far the value of a check is from its limits, a factor; at most 1 within them.
 double departure(const HealthEntry& entry);

@@ -36,6 +36,7 @@ struct Stated {
   double aside = 0;            ///< yaw that the sensor looks to [rad]
   bool calibrated = false;     ///< odometry is too short, and calibrated
   bool own_ids = false;        ///< each detection is of a landmark of its own
+  bool by_scans = false;       ///< nothing is detected, the poses are known
 };
 
 Key pose_key(int i) {
@@ -60,6 +61,11 @@ class Walk {
 
   Health health(bool associates = true) const {
     return run_health({graph_, estimate_, result_, dropped_, associates});
+  }
+
+  /// Of a log of scans, whose path agrees over time or was not judged.
+  Health health_by_scans(bool agrees) const {
+    return run_health({graph_, estimate_, result_, dropped_, false, {{"scans", 100}}, agrees});
   }
 
   void calibrate(double scale_of_rotation) {
@@ -128,6 +134,10 @@ class Walk {
   void look_from(int i) {
     const Noise noise = Noise::diagonal(Eigen::Vector2d(kRangeSigma * stated_.range, kYawSigma));
     const SE2 T = estimate_.values.at<SE2>(pose_key(i));
+    if (stated_.by_scans) {
+      graph_.emplace<Prior<SE2>>(pose_key(i), T, Noise::isotropic(3, kYawSigma));
+      return;
+    }
     for (int k = 0; k < kThings; ++k) {
       int id = stated_.copies && k % 2 == 0 && i % 2 == 0 ? 100 + k : k;
       const Eigen::Vector2d at = estimate_.values.at<Eigen::Vector2d>(point_key(id));
@@ -200,6 +210,15 @@ TEST(RunHealth, OdometryThatIsTooSureOrTooUnsure) {
   EXPECT_EQ(verdict_of(Walk(stated(1, 0.25)).health(), name), HealthVerdict::kBad);
   EXPECT_EQ(verdict_of(Walk(stated(1, 10)).health(), name), HealthVerdict::kBad);
   EXPECT_EQ(verdict_of(Walk(stated(1, 2)).health(), name), HealthVerdict::kGood);
+}
+
+TEST(RunHealth, APathByScansThatAgreesOverTimeMayDepartFromOdometry) {
+  const char* name = "path against odometry";
+  Stated s = stated(1, 0.25);
+  s.by_scans = true;
+  const Walk walk(s);
+  EXPECT_EQ(verdict_of(walk.health_by_scans(true), name), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict_of(walk.health_by_scans(false), name), HealthVerdict::kBad);
 }
 
 TEST(RunHealth, OdometryThatIsCalibratedIsComparedAsItsCalibrationHasIt) {

@@ -79,6 +79,16 @@ TEST_F(Carmen, FrontLaserWithItsOdometry) {
   EXPECT_NEAR(scan.T_robot_sensor.translation().x(), 0.25, 1e-9);
 }
 
+TEST_F(Carmen, OdometryThatStartsAnewIsMissingThere) {
+  std::string text;
+  for (int i = 0; i < 20; ++i) text += front_laser(180, i % 10, i);
+  const ImportReport report = import(text);
+  EXPECT_EQ(
+      report.dropped.at("odometry dropped: it starts anew, so that the motion there is not known"),
+      1U);
+  for (const LogStep& step : steps()) EXPECT_EQ(step.odometry.has_value(), step.index % 10 != 0);
+}
+
 TEST_F(Carmen, AnglesOfTheRays) {
   import(front_laser(361, 0, 1));
   EXPECT_NEAR(direction(scan_of(0), 0), -M_PI_2, 1e-6);
