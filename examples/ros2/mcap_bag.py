@@ -312,12 +312,18 @@ def written(path):
             os.remove(part)
 
 
+def in_a_line(text):
+    """With escapes for line ends and control characters, which the names in a damaged bag have."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
 def told(program, convert, options):
     """Runs a conversion; what is wrong is told in one line."""
     try:
         convert(options)
         return 0
     except BagError as error:
-        return f"{program}: {error}"
+        what = str(error)
     except DAMAGE as error:
-        return f"{program}: {' '.join(options.bag)}: messages are damaged, or not as ROS defines them: {type(error).__name__} {error}"
+        what = f"{' '.join(options.bag)}: messages are damaged, or not as ROS defines them: {type(error).__name__} {error}"
+    return f"{program}: {in_a_line(what)}"

@@ -4,6 +4,7 @@
 #include "libhybrid/maps/detail/joined_record.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "libhybrid/geometry/isometry.h"
@@ -47,6 +48,24 @@ std::vector<double> class_prior(const MapRecord& map, int session) {
 bool prefers_second(const MapLandmark& a, const MapLandmark& b) {
   if (exists(a) != exists(b)) return exists(b);
   return b.sightings > a.sightings;
+}
+
+/// Of a motion in the plane, from that of a motion in the plane or in space.
+SE2::Jacobian planar_covariance(const Eigen::MatrixXd& covariance) {
+  if (covariance.rows() == SE2::kDim) return covariance;
+  const std::array<int, 3> at{0, 1, 5};  // x, y, and the turn about z
+  return covariance(at, at);
+}
+
+/// A local map of the second map in the frame of the first. As if its error and that of the motion
+/// between the maps were independent.
+MapLocalMap moved(MapLocalMap local, const SE2& T, const SE2::Jacobian& covariance) {
+  const SE2 before(local.pose.x(), local.pose.y(), local.pose.z());
+  const SE2 pose = T * before;
+  const SE2::Jacobian Ad = before.inverse().adjoint();
+  local.pose << pose.x(), pose.y(), pose.angle();
+  local.covariance += Ad * covariance * Ad.transpose();
+  return local;
 }
 
 template <class Pose>
@@ -118,11 +137,10 @@ void record_join(const MapRecord& first, const MapRecord& second, const Landmark
   }
   map.local_maps = first.local_maps;
   const SE2 T = to_se2(out.T_first_second);
+  const SE2::Jacobian covariance = planar_covariance(out.covariance);
   for (MapLocalMap local : second.local_maps) {
     local.session += shift;
-    const SE2 pose = T * SE2(local.pose.x(), local.pose.y(), local.pose.z());
-    local.pose << pose.x(), pose.y(), pose.angle();
-    map.local_maps.push_back(std::move(local));
+    map.local_maps.push_back(moved(std::move(local), T, covariance));
   }
   std::vector<Key> keys;
   const Covariances covariances = joint.marginals().all();

@@ -21,6 +21,10 @@ constexpr double kAnglePerDistance = 0.02;
 constexpr double kDistancePerAngle = 0.02;
 constexpr double kLeastTranslation = 0.005;
 constexpr double kLeastRotation = 0.003;
+/// Only a motion of so many of these errors tells the scale of odometry. What is smaller is mostly
+/// error itself: a fit to it would take the odometry of a robot that goes straight for turns that
+/// are far too large.
+constexpr double kClear = 5.0;
 /// Number of keyframes that tell the scale, and of errors of scale 1 that are assumed before.
 constexpr std::size_t kMemory = 60;
 constexpr std::size_t kPrior = 10;
@@ -95,8 +99,8 @@ void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double dist
   if (match_t < t * translation_.scale + kLeastTranslation) {
     const double sigma = std::hypot(match_t, t * translation_.scale);
     translation_.add(error.head<2>().norm() / t, 2.0);
-    if (error.head<2>().norm() < kSurprise * sigma) {
-      const Eigen::Vector2d d = stated.translation();
+    const Eigen::Vector2d d = stated.translation();
+    if (d.norm() > kClear * t && error.head<2>().norm() < kSurprise * sigma) {
       length_.H(0, 0) += d.squaredNorm() / (sigma * sigma);
       length_.g[0] += d.dot(match.motion.translation()) / (sigma * sigma);
     }
@@ -105,9 +109,11 @@ void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double dist
     const double sigma = std::hypot(match_r, r * rotation_.scale);
     rotation_.add(std::abs(error.z()) / r, 1.0);
     if (std::abs(error.z()) < kSurprise * sigma) {
-      const Eigen::Vector2d of(stated.angle(), distance);
+      const bool is_turn = std::abs(stated.angle()) > kClear * r;
+      const Eigen::Vector2d of(is_turn ? stated.angle() : 0.0, distance);
       angle_.H += of * of.transpose() / (sigma * sigma);
-      angle_.g += of * (match.motion.angle() / (sigma * sigma));
+      const double told = match.motion.angle() - (is_turn ? 0.0 : stated.angle());
+      angle_.g += of * (told / (sigma * sigma));
     }
   }
 }

@@ -94,6 +94,13 @@ class McapToCarmen(unittest.TestCase):
         self.assertIn("/scan (sensor_msgs/msg/LaserScan)".replace("/msg/", "/"),
                       self.run_script(still, "--scans", "/scans").stderr.replace("/msg/", "/"))
 
+    def test_names_of_a_damaged_bag_are_told_in_one_line(self):
+        topics = [("/odom", ODOMETRY), ("/s\x1b[31m\ncan\x7f", SCANS), ("/tf_static", TRANSFORMS)]
+        for options in (["--scans", "/scan"], []):
+            ran = self.run_script([(0, odometry(0, 0, 0, 0))], *options, topics=topics)
+            self.assertEqual((ran.returncode, ran.stderr.count("\n")), (1, 1))
+            self.assertIn(r"/s\x1b[31m\ncan\x7f", ran.stderr)
+
     STILL = ((0, odometry(0, 0, 0, 0)), (0, odometry(20, 0, 0, 0)))
 
     def test_a_failure_leaves_what_was_there(self):

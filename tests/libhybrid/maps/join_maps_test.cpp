@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/geometry/isometry.h"
 #include "tests/libhybrid/maps/stored_maps.h"
 
 namespace hybrid {
@@ -58,6 +59,38 @@ TEST(JoinMaps, KeepsSessionsApart) {
   ASSERT_EQ(joined->map.sessions.size(), 2u);
   EXPECT_EQ(joined->map.sessions[1].id, 2);
   EXPECT_EQ(joined->map.landmarks.back().session, 2);
+}
+
+/// A local map of a robot that was exactly there, by what the map knows of it.
+MapLocalMap local_map_at(const SE2& pose, double sigma) {
+  MapLocalMap local;
+  local.session = 1;
+  local.pose << pose.x(), pose.y(), pose.angle();
+  local.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+  return local;
+}
+
+TEST(JoinMaps, LocalMapsAreAsUncertainAsTheMotionBetweenTheMaps) {
+  double sum = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    std::mt19937_64 random(seed);
+    const auto places = scattered(24, 20, false, random);
+    const Eigen::Isometry3d T_b_world = motion(20, -7, 2.5);
+    const MapRecord a = stored_map({places.begin(), places.begin() + 16}, motion(0, 0, 0), false,
+                                   0.05, 0.01, random);
+    MapRecord b =
+        stored_map({places.begin() + 8, places.end()}, T_b_world, false, 0.05, 0.01, random);
+    const SE2 in_world(60, 10, 1);  // far from what both maps have
+    b.local_maps = {local_map_at(to_se2(T_b_world) * in_world, 1e-3)};
+    const auto joined = join_maps(a, b, 1e4);
+    ASSERT_TRUE(joined) << seed;
+    ASSERT_EQ(joined->map.local_maps.size(), 1u);
+    const MapLocalMap& local = joined->map.local_maps[0];
+    const SE2 pose(local.pose.x(), local.pose.y(), local.pose.z());
+    const Eigen::Vector3d off = pose.between(in_world).log();
+    sum += off.dot(local.covariance.llt().solve(off)) / 3;
+  }
+  EXPECT_NEAR(sum / 8, 1, 4 * std::sqrt(2.0 / 24));
 }
 
 TEST(JoinMaps, MergesNothingWithoutACommonPlace) {
