@@ -136,6 +136,15 @@ void map_as_measured(const ReplayRequest& request, Attempts& attempts, Attempt& 
   }
 }
 
+/// Maps logs whose map is bad once more with keyframes farther apart, until a map is not.
+void map_sparsely(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
+  for (const ReplayRequest& sparse : sparser(request, taken.outcome.summary)) {
+    const Health before = taken.outcome.summary.health;
+    if (worst(before) != HealthVerdict::kBad) return;
+    if (!take(attempts.make(sparse, {&before, agrees_better}), taken)) return;
+  }
+}
+
 }  // namespace
 
 ReplayOutcome replay(const ReplayRequest& request,
@@ -150,6 +159,7 @@ ReplayOutcome replay(const ReplayRequest& request,
     Attempts attempts(watchers, start, taken.work);
     map_as_measured(request, attempts, taken);
     if (taken.outcome.signal == 0) map_coarsely(request, first, attempts, taken);
+    if (taken.outcome.signal == 0) map_sparsely(request, attempts, taken);
   } catch (const Interrupted& e) {
     taken.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -50,4 +50,12 @@ bool has_spoilt(const Health& a, const Health& b);
 /// summary this is, did not leave open how detections find landmarks.
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary);
 
+/// The request with keyframes farther apart in time, from fine to coarse: errors of detections that
+/// last are less alike in them. None where the request, or the log, tells their interval.
+std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& summary);
+
+/// Whether more of what was measured far apart in time agrees in map `a` than in `b`, or as much,
+/// and `a` is better otherwise. A map that is not judged agrees with nothing.
+bool agrees_better(const Health& a, const Health& b);
+
 }  // namespace hybrid

@@ -128,5 +128,37 @@ TEST(Coarser, GivesLandmarksExtentsInSigmasOfADetection) {
   EXPECT_TRUE(coarser(request, summary).empty());
 }
 
+HealthEntry agreement(HealthVerdict verdict) {
+  HealthEntry entry = check("agreement over time", 1);
+  entry.verdict = verdict;
+  return entry;
+}
+
+TEST(AgreesBetter, AsksTheAgreementOverTimeFirst) {
+  const HealthVerdict good = HealthVerdict::kGood, bad = HealthVerdict::kBad;
+  EXPECT_TRUE(agrees_better({agreement(good), check("a", 9)}, {agreement(bad), check("a", 1)}));
+  EXPECT_FALSE(agrees_better({agreement(bad), check("a", 1)}, {agreement(good), check("a", 9)}));
+  EXPECT_TRUE(agrees_better({agreement(good), check("a", 1)}, {agreement(good), check("a", 9)}));
+  EXPECT_FALSE(agrees_better({agreement(good), check("a", 9)}, {agreement(good), check("a", 9)}));
+  const Health not_judged{agreement(HealthVerdict::kNotJudged), check("a", 1)};
+  EXPECT_FALSE(agrees_better(not_judged, {agreement(good), check("a", 9)}));
+  EXPECT_FALSE(agrees_better(not_judged, {agreement(HealthVerdict::kDoubtful), check("a", 9)}));
+}
+
+TEST(Sparser, IsForDetectionsWhoseIntervalNobodyChose) {
+  Summary summary;
+  summary.statistics["detection_sigma_m"] = 0.1;
+  summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
+  const std::vector<ReplayRequest> sparse = sparser({}, summary);
+  ASSERT_EQ(sparse.size(), 3U);
+  EXPECT_EQ(sparse[1].settings,
+            (std::vector<std::string>{"sensor.noise=measured", "keyframes.min_time=1"}));
+  summary.provenance.configuration = {{"keyframes", {{"min_time", "0.2"}}}};
+  EXPECT_TRUE(sparser({}, summary).empty());
+  summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
+  summary.statistics.clear();  // of scans
+  EXPECT_TRUE(sparser({}, summary).empty());
+}
+
 }  // namespace
 }  // namespace hybrid
