@@ -171,8 +171,8 @@ std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& 
 std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& summary) {
   std::vector<ReplayRequest> out;
   const IniFile::Settings& configuration = summary.provenance.configuration;
-  const bool is_free = setting(configuration, "keyframes.min_time") == 0 &&
-                       summary.statistics.count(kSigma) != 0;
+  const bool is_free =
+      setting(configuration, "keyframes.min_time") == 0 && summary.statistics.count(kSigma) != 0;
   for (const double interval : kIntervals) {
     if (!is_free) break;
     out.push_back(Remedies().apply(request));

@@ -134,10 +134,8 @@ class Walk {
   void look_from(int i) {
     const Noise noise = Noise::diagonal(Eigen::Vector2d(kRangeSigma * stated_.range, kYawSigma));
     const SE2 T = estimate_.values.at<SE2>(pose_key(i));
-    if (stated_.by_scans) {
-      graph_.emplace<Prior<SE2>>(pose_key(i), T, Noise::isotropic(3, kYawSigma));
-      return;
-    }
+    const Noise matched = Noise::isotropic(3, kYawSigma);
+    if (stated_.by_scans) return void(graph_.emplace<Prior<SE2>>(pose_key(i), T, matched));
     for (int k = 0; k < kThings; ++k) {
       int id = stated_.copies && k % 2 == 0 && i % 2 == 0 ? 100 + k : k;
       const Eigen::Vector2d at = estimate_.values.at<Eigen::Vector2d>(point_key(id));
@@ -216,9 +214,8 @@ TEST(RunHealth, APathByScansThatAgreesOverTimeMayDepartFromOdometry) {
   const char* name = "path against odometry";
   Stated s = stated(1, 0.25);
   s.by_scans = true;
-  const Walk walk(s);
-  EXPECT_EQ(verdict_of(walk.health_by_scans(true), name), HealthVerdict::kDoubtful);
-  EXPECT_EQ(verdict_of(walk.health_by_scans(false), name), HealthVerdict::kBad);
+  EXPECT_EQ(verdict_of(Walk(s).health_by_scans(true), name), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict_of(Walk(s).health_by_scans(false), name), HealthVerdict::kBad);
 }
 
 TEST(RunHealth, OdometryThatIsCalibratedIsComparedAsItsCalibrationHasIt) {
