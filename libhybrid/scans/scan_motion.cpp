@@ -99,7 +99,7 @@ void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double dist
   if (match_t < t * translation_.scale + kLeastTranslation) {
     const double sigma = std::hypot(match_t, t * translation_.scale);
     translation_.add(error.head<2>().norm() / t, 2.0);
-    const Eigen::Vector2d d = stated.translation();
+    const Eigen::Vector2d& d = stated.translation();
     if (d.norm() > kClear * t && error.head<2>().norm() < kSurprise * sigma) {
       length_.H(0, 0) += d.squaredNorm() / (sigma * sigma);
       length_.g[0] += d.dot(match.motion.translation()) / (sigma * sigma);
