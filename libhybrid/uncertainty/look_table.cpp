@@ -43,10 +43,14 @@ bool LookTable::stands(LookTime when) const {
 
 void LookTable::end_place() {
   const bool before = stands(LookTime::kBefore), after = stands(LookTime::kAfter);
+  const auto counts_at = [&](LookTime when) {
+    if (when == LookTime::kBefore) return after;
+    return when == LookTime::kAfter ? before : before || after;
+  };
   bool has_late = false;
   for (const Look& look : looks_) {
+    if (!counts_at(look.when)) continue;
     const bool is_late = look.when == LookTime::kLate;
-    if (look.when == LookTime::kBefore ? !after : !before && !(is_late && after)) continue;
     for (Counts* counts : {&all_, stretch_}) {
       Count& count = (*counts)[is_late ? 1 : 0][look.bin];
       count.looks += 1;

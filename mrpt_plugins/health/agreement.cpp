@@ -12,13 +12,14 @@
 namespace hybrid {
 namespace {
 
+constexpr const char* kName = "agreement over time";
 /// The ratio of a right path is 1, but where sensors err in the same way for minutes, or things
-/// that stood still for seconds move. Measured paths that are right have 0.95 and more.
+/// that stood still for seconds move.
 constexpr double kDoubtful = 0.97, kBad = 0.9;
 
 HealthEntry empty_entry() {
   HealthEntry entry;
-  entry.name = "agreement over time";
+  entry.name = kName;
   entry.value = std::numeric_limits<double>::quiet_NaN();
   entry.least = kDoubtful;
   entry.most = std::numeric_limits<double>::infinity();
@@ -70,6 +71,16 @@ Health agreement_health(const Agreement& detections, const Agreement& scans) {
   HealthEntry entry = empty_entry();
   entry.sentence = "Too little was in view again a minute later to tell whether the path is right.";
   return {entry};
+}
+
+HealthVerdict agreement_of(const Health& health) {
+  HealthVerdict out = HealthVerdict::kGood;
+  for (const HealthEntry& entry : health) {
+    if (entry.name != kName) continue;
+    const bool is_judged = entry.verdict != HealthVerdict::kNotJudged;
+    out = std::max(out, is_judged ? entry.verdict : HealthVerdict::kBad);
+  }
+  return out;
 }
 
 }  // namespace hybrid

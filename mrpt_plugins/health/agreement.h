@@ -12,4 +12,7 @@ namespace HYBRID_API hybrid {
 /// scans; one that is not judged where neither was seen again.
 Health agreement_health(const Agreement& detections, const Agreement& scans);
 
+/// The worst verdict of these entries among all of a run; bad where it was not judged.
+HealthVerdict agreement_of(const Health& health);
+
 }  // namespace hybrid

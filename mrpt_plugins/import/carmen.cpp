@@ -313,7 +313,7 @@ class CarmenImport {
     ImportedStep step{scan.time, {}, {observation_of(scan)}, {}};
     const bool starts_anew = scan.robot && reset_.at({scan.robot->x(), scan.robot->y(), 0});
     if (starts_anew) {
-      log_.drop("odometry dropped: it starts anew, so that the motion there is not known");
+      log_.drop(OdometryReset::kDropped);
     } else if (last_ && last_->second && scan.robot) {
       step.motion = motion_between(*last_->second, *scan.robot);
     }

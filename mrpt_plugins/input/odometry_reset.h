@@ -14,6 +14,10 @@ namespace HYBRID_API hybrid {
 /// to within a step of where they began. A robot that drives back there comes step by step.
 class OdometryReset {
  public:
+  /// What is told where it does.
+  static constexpr const char* kDropped =
+      "odometry dropped: it starts anew, so that the motion there is not known";
+
   /// Whether odometry starts anew at this position [m], the next one of the log.
   bool at(const Eigen::Vector3d& position) {
     if (!first_) first_ = position;

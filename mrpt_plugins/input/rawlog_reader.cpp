@@ -222,7 +222,7 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryP
     moves_at_once_ = moves_at_once_ || pose.position() != after_->pose.position();
   }
   if (reset_.at(pose.position())) {
-    ++warnings_["odometry dropped: it starts anew, so that the motion there is not known"];
+    ++warnings_[OdometryReset::kDropped];
     start_odometry_anew();
   }
   before_ = after_;

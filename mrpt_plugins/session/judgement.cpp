@@ -15,6 +15,7 @@
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/health/run_health.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
 
@@ -158,9 +159,7 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
   const Backend& backend = mapper.backend();
   const Estimate estimate{backend.values(), backend.assignment()};
   const std::map<std::string, std::size_t> dropped = mapper.dropped();
-  const bool agrees = std::all_of(agreement.begin(), agreement.end(), [](const auto& entry) {
-    return entry.verdict == HealthVerdict::kGood;
-  });
+  const bool agrees = agreement_of(agreement) == HealthVerdict::kGood;
   Health health = std::move(agreement);
   for (HealthEntry& entry :
        run_health({backend.graph(), estimate, result, dropped, !mapper.decisions().empty(),

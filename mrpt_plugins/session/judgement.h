@@ -10,8 +10,8 @@
 namespace HYBRID_API hybrid {
 
 /// What a map says about itself. If the request asks for it, every other detection is mapped apart
-/// from the rest, and both paths are compared; `settings` chose the plugins. Throws Error where a
-/// log can be read but once.
+/// from the rest, and both paths are compared; `settings` chose the plugins. It begins with the
+/// `agreement` over time, which other checks ask. Throws Error where a log can be read but once.
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
                  double repeated_stamps, const Mapper& mapper, const MapResult& result,
                  Health agreement);

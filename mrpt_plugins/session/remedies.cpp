@@ -12,6 +12,7 @@
 
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/session/judgement.h"
 
 namespace hybrid {
@@ -29,7 +30,6 @@ constexpr std::array<double, 3> kExtents{1, 2, 4};
 /// Time between keyframes [s]: in octaves from where errors of detections begin to differ, up to
 /// where few keyframes are left of a drive past a thing.
 constexpr std::array<double, 3> kIntervals{0.5, 1, 2};
-constexpr const char* kAgreement = "agreement over time";
 
 /// A check is clearly worse where its value is so many times as far from its limits. Odometry that
 /// is stated too sure lets every map that is not in pieces depart from it by more than that one.
@@ -79,17 +79,6 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
                        text_of(configuration, "BearingRangeAssociation.extent") == "0";
   if (sigma == summary.statistics.end() || !is_free) return std::nullopt;
   return sigma->second;
-}
-
-/// The worst verdict of what was asked of the agreement over time; bad where it was not judged.
-HealthVerdict agreement_of(const Health& health) {
-  HealthVerdict out = HealthVerdict::kGood;
-  for (const HealthEntry& entry : health) {
-    if (entry.name != kAgreement) continue;
-    const bool is_judged = entry.verdict != HealthVerdict::kNotJudged;
-    out = std::max(out, is_judged ? entry.verdict : HealthVerdict::kBad);
-  }
-  return out;
 }
 
 }  // namespace
@@ -185,4 +174,5 @@ bool agrees_better(const Health& a, const Health& b) {
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
   return of_a < of_b || (of_a == of_b && is_better(a, b));
 }
+
 }  // namespace hybrid

@@ -15,6 +15,7 @@
 
 #include "mrpt_plugins/import/detail/table_odometry.h"
 #include "mrpt_plugins/import/detection_tables.h"
+#include "mrpt_plugins/input/odometry_reset.h"
 
 namespace hybrid {
 
@@ -65,7 +66,7 @@ class DetectionSteps {
     } else {
       ImportedStep step{time_, {}, observations(), {}};
       if (odometry_.resets() > resets_) {
-        log_.drop("odometry dropped: it starts anew, so that the motion there is not known");
+        log_.drop(OdometryReset::kDropped);
       } else if (last_) {
         step.motion = motion_of_table(*last_, *pose, odometry_.is_3d(), options_);
       }
