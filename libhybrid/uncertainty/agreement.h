@@ -18,7 +18,8 @@ namespace HYBRID_API hybrid {
 struct AgreementOptions {
   /// Soon after: later than errors of sensors last, and before odometry has lost its way.
   double near_from = 3, near_to = 20;
-  /// Much later: the path alone brings such looks to the same place.
+  /// Much later: the path alone brings such looks to the same place. In a log that is shorter than
+  /// twice that it is half of the log, but not less than `near_to`.
   double far_from = 60;
 };
 
@@ -29,6 +30,7 @@ struct Agreement {
   double soon = 0, late = 0;  ///< shares of looks that found it
   double ratio = 0;           ///< late over soon; about 1 where the path is right
   double sigma = 0;           ///< standard deviation of the ratio, by stretches of the log
+  double far_from = 0;        ///< how much later the late looks were, at least [s]
   std::size_t looks = 0;      ///< late ones, with soon ones to compare with
   double judged = 0;          ///< share of the measured places that had such looks
   /// The ratio of what was measured in one stretch of the log.

@@ -79,8 +79,9 @@ class Detections {
     }
   }
 
-  Agreement judge(const AgreementOptions& options) const {
+  Agreement judge(const AgreementOptions& given) const {
     if (count_ == 0) return {};
+    const auto options = options_for(given, frames_.back().time - frames_.front().time);
     LookTable table(frames_.front().time, reach_);
     std::vector<std::pair<double, int>> times;
     for (const PlacedDetections& frame : frames_) times.emplace_back(frame.time, frame.robot);
@@ -100,7 +101,9 @@ class Detections {
         for (const auto& [when, j] : looks) look(i, k, j, when, table);
       }
     }
-    return table.conclude();
+    Agreement out = table.conclude();
+    out.far_from = options.far_from;
+    return out;
   }
 
  private:

@@ -121,6 +121,11 @@ Agreement LookTable::conclude() {
   return out;
 }
 
+AgreementOptions options_for(AgreementOptions options, double length) {
+  options.far_from = std::min(options.far_from, std::max(options.near_to, length / 2));
+  return options;
+}
+
 LookChoice::LookChoice(std::vector<std::pair<double, int>> looks, const AgreementOptions& options)
     : looks_(std::move(looks)), options_(options) {}
 

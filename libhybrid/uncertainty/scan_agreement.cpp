@@ -102,7 +102,7 @@ bool may_see(const PlacedScan& a, const PlacedScan& b) {
 
 }  // namespace
 
-Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& options) {
+Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& given) {
   scans.erase(std::remove_if(scans.begin(), scans.end(),
                              [](const PlacedScan& at) {
                                return at.scan->ranges.size() < 3 || at.scan->angle_step == 0;
@@ -111,6 +111,7 @@ Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptio
   if (scans.empty()) return {};
   std::stable_sort(scans.begin(), scans.end(),
                    [](const auto& a, const auto& b) { return a.time < b.time; });
+  const auto options = options_for(given, scans.back().time - scans.front().time);
   LookTable table(scans.front().time, kReach);
   const std::size_t every = (scans.size() + kMostScans - 1) / kMostScans;
   for (std::size_t i = 0; i < scans.size(); i += every) {
@@ -127,7 +128,9 @@ Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptio
       for (const auto& [when, j] : looks) look(place, scans[near[j]], when, table);
     }
   }
-  return table.conclude();
+  Agreement out = table.conclude();
+  out.far_from = options.far_from;
+  return out;
 }
 
 }  // namespace hybrid

@@ -44,9 +44,9 @@ HealthEntry entry_of(const std::string& what, const Agreement& found) {
   if (at_best < kDoubtful) entry.verdict = HealthVerdict::kDoubtful;
   if (at_best < kBad) entry.verdict = HealthVerdict::kBad;
   entry.sentence = fmt::format(
-      "{} found {:.0f} % of what had been measured a minute or more apart at the places in view, "
+      "{} found {:.0f} % of what had been measured {:.0f} s or more apart at the places in view, "
       "and {:.0f} % of what had been measured seconds apart: {:.2f} +- {:.2f} of it.",
-      what, 100 * found.late, 100 * found.soon, found.ratio, found.sigma);
+      what, 100 * found.late, found.far_from, 100 * found.soon, found.ratio, found.sigma);
   for (const Agreement::Stretch& stretch : found.stretches) {
     entry.over_time.push_back({stretch.time, stretch.ratio, double(stretch.looks)});
   }
@@ -69,7 +69,7 @@ Health agreement_health(const Agreement& detections, const Agreement& scans) {
   if (std::isfinite(scans.sigma) && scans.looks > 0) health.push_back(entry_of("Scans", scans));
   if (!health.empty()) return health;
   HealthEntry entry = empty_entry();
-  entry.sentence = "Too little was in view again a minute later to tell whether the path is right.";
+  entry.sentence = "Too little was in view again much later to tell whether the path is right.";
   return {entry};
 }
 

@@ -35,17 +35,20 @@ HealthEntry share_entry(const char* name, std::size_t part, std::size_t all,
                       fmt::format("{} of {} {}.", part, all, what), knob);
 }
 
-/// Scale of the odometry as matches of scans tell it.
+/// Scale of the odometry as matches of scans tell it. Where the map agrees with itself it is the
+/// odometry that is off, and a path by scans does not follow it.
 void check_wheels(const RunFacts& facts, Health& health) {
   const double length = facts.figure("odometry_times_translation");
   const double turn = facts.figure("odometry_times_rotation");
-  health.push_back(judged_entry(
+  HealthEntry entry = judged_entry(
       "scale of the odometry by scans", std::max(factor_off(length), factor_off(turn)),
       kWheelLimits,
       fmt::format("By matches of scans, the way that odometry tells is to be multiplied by {:.3g}, "
                   "and its turns by {:.3g}.",
                   length, turn),
-      "units of the odometry; field of view of the laser ([sensor] fov_deg), units of its ranges"));
+      "units of the odometry; field of view of the laser ([sensor] fov_deg), units of its ranges");
+  if (facts.run.agrees) entry.verdict = std::min(entry.verdict, HealthVerdict::kDoubtful);
+  health.push_back(std::move(entry));
 }
 
 }  // namespace

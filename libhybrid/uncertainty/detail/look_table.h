@@ -61,6 +61,9 @@ class LookTable {
   std::size_t places_ = 0, seen_late_ = 0;
 };
 
+/// The options for a log of a length [s].
+AgreementOptions options_for(AgreementOptions options, double length);
+
 /// Which of some looks, by time [s] and robot in order of time, are soon before a time, soon after,
 /// and late: at most 30, 30 and 140, evenly spread.
 class LookChoice {

@@ -134,6 +134,20 @@ TEST(AgreementOverTime, OfNothingOrOfOneDetectionIsNotJudged) {
   EXPECT_EQ(agreement_of_scans({}).looks, 0U);
 }
 
+TEST(AgreementOverTime, OfAShortLogIsOverHalfOfIt) {
+  for (const double error : {0.0, 1.0}) {  // a lap takes 52 s
+    std::vector<PlacedDetections> frames = detections(1.75 * kLap, in_second_lap(error));
+    for (PlacedDetections& frame : frames) frame.time = 1.7e9 + 0.65 * (frame.time - 1.7e9);
+    const Agreement found = agreement_of_detections(frames);
+    EXPECT_NEAR(found.far_from, 0.65 * (1.75 * kLap - 1) / 2, 1e-6);
+    EXPECT_GT(found.looks, 100U);
+    EXPECT_EQ(found.ratio + found.sigma > 0.97, error == 0) << found.ratio;
+    EXPECT_EQ(found.ratio + found.sigma < 0.9, error > 0) << found.ratio;
+  }
+  EXPECT_EQ(agreement_of_detections(detections(30, none)).far_from, 20);
+  EXPECT_EQ(agreement_of_detections(detections(2 * kLap, none)).far_from, 60);
+}
+
 TEST(AgreementOverTime, ShowsWhenThePathWentWrong) {
   // right in the first two laps, 2 m off in the last
   const Error error = [](double time) { return Eigen::Vector2d(time < 2 * kLap ? 0 : 2, 0); };

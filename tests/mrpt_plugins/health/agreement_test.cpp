@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "mrpt_plugins/health/run_health.h"
 
 namespace hybrid {
 namespace {
@@ -60,6 +63,27 @@ TEST(AgreementHealth, IsNotJudgedWhereNothingIsSeenAgain) {
     EXPECT_TRUE(std::isnan(health[0].value));
     EXPECT_EQ(worst(health), HealthVerdict::kGood);
     EXPECT_TRUE(health[0].over_time.empty());
+  }
+}
+
+TEST(AgreementHealth, WhereItIsGoodAScaleThatNoWheelHasIsOnlyDoubtful) {
+  const HybridGraph graph;
+  const Estimate estimate;
+  const MapResult result;
+  const std::map<std::string, std::size_t> none;
+  for (const auto& [turn, verdict] :
+       {std::pair{0.97, HealthVerdict::kGood}, std::pair{0.93, HealthVerdict::kDoubtful},
+        std::pair{1.96, HealthVerdict::kBad}, std::pair{0.66, HealthVerdict::kBad}}) {
+    const std::map<std::string, double> figures = {
+        {"scans", 1000}, {"odometry_times_translation", 1.01}, {"odometry_times_rotation", turn}};
+    for (const bool agrees : {false, true}) {
+      const Health health = run_health({graph, estimate, result, none, false, figures, agrees});
+      const auto entry = std::find_if(health.begin(), health.end(), [](const HealthEntry& e) {
+        return e.name == "scale of the odometry by scans";
+      });
+      ASSERT_NE(entry, health.end());
+      EXPECT_EQ(entry->verdict, agrees ? std::min(verdict, HealthVerdict::kDoubtful) : verdict);
+    }
   }
 }
 

@@ -373,26 +373,11 @@ TEST(RunHealth, ScansAreJudgedByWhatThePluginsCounted) {
     return out;
   };
   using Verdicts = std::vector<HealthVerdict>;
-  const HealthVerdict good = HealthVerdict::kGood, bad = HealthVerdict::kBad;
+  const auto good = HealthVerdict::kGood, bad = HealthVerdict::kBad;
   EXPECT_EQ(verdicts(100, 2, 3), (Verdicts{good, good, good}));
   EXPECT_EQ(verdicts(900, 2, 3), (Verdicts{bad, good, good}));
   EXPECT_EQ(verdicts(100, 100, 3), (Verdicts{good, bad, good}));
   EXPECT_EQ(verdicts(100, 2, 30), (Verdicts{good, good, bad}));
-}
-
-TEST(RunHealth, AScaleByScansThatNoWheelHas) {
-  const HybridGraph graph;
-  const Estimate estimate;
-  const MapResult result;
-  const std::map<std::string, std::size_t> none;
-  for (const auto& [turn, verdict] :
-       {std::pair{0.97, HealthVerdict::kGood}, std::pair{0.93, HealthVerdict::kDoubtful},
-        std::pair{1.96, HealthVerdict::kBad}, std::pair{0.66, HealthVerdict::kBad}}) {
-    const std::map<std::string, double> figures = {
-        {"scans", 1000}, {"odometry_times_translation", 1.01}, {"odometry_times_rotation", turn}};
-    const Health health = run_health({graph, estimate, result, none, false, figures});
-    EXPECT_EQ(verdict_of(health, "scale of the odometry by scans"), verdict) << turn;
-  }
 }
 
 }  // namespace
