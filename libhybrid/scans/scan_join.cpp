@@ -20,6 +20,8 @@ namespace {
 
 /// Points of stored scans are so far apart [m].
 constexpr double kStoredSpacing = 0.1;
+/// Matches that must agree with each other, for two maps to be joined.
+constexpr std::size_t kLeastMatches = 3;
 /// Stretches of a map that are searched in the other, at most.
 constexpr std::size_t kMostStretches = 60;
 /// Standard deviations of the motion between two maps about a place that was found, of which else
@@ -68,13 +70,12 @@ std::string doubt_of(const std::vector<ScanPlaceSearch::Place>& places,
                      const ScanPlaceOptions& options) {
   if (places.empty()) return "no stretch of its laser scans fits those of the other map";
   const ScanPlaceSearch::Place& best = places.front();
-  if (best.votes < options.votes) {
+  if (static_cast<int>(best.seen_from.size()) < options.votes) {
     return "the place that fits its laser scans best, " + text_of(best) + ", has " +
-           std::to_string(best.votes) + " of the " + std::to_string(options.votes) +
+           std::to_string(best.seen_from.size()) + " of the " + std::to_string(options.votes) +
            " stretches that must agree";
   }
-  if (places.size() > 1 && places[1].log_odds > 0 &&
-      best.log_odds - places[1].log_odds <= std::log(options.odds)) {
+  if (places.size() > 1 && best.fit - places[1].fit <= std::log(options.odds)) {
     return "its laser scans fit at " + text_of(best) + ", and as well at " + text_of(places[1]);
   }
   return "its laser scans may fit by chance at " + text_of(best) + " of " +
@@ -243,7 +244,7 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
   for (std::size_t k = 0; k < second.size() && found == nullptr; k += step) {
     const SE2 T_anchor_middle(mean_of(second[k].points), SO2());
     found = search.look(transformed(T_anchor_middle.inverse(), second[k].points),
-                        second[k].T_map_anchor * T_anchor_middle, double(k));
+                        second[k].T_map_anchor * T_anchor_middle);
   }
   if (found == nullptr) {
     out.why = doubt_of(search.places(), options);
@@ -253,7 +254,7 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
   out.matches = graph.matches();
   out.accepted = graph.accepted();
   out.log_odds = found->log_odds;
-  if (out.accepted < static_cast<std::size_t>(options.votes)) {
+  if (out.accepted < kLeastMatches) {
     out.why = "its laser scans fit at " + text_of(*found) + ", but of " +
               std::to_string(out.matches) + " matches there only " + std::to_string(out.accepted) +
               " agree with each other";

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
-
 namespace hybrid {
 namespace {
 
@@ -15,12 +13,15 @@ namespace {
 /// of some ten metres drifts.
 constexpr double kOnePlace = 0.5;
 constexpr double kOneHeading = 0.1;
-/// Share of the points that lie on surfaces in the right place, where something was moved, and in a
-/// wrong one that looks like it.
+/// Share of the surfaces that lie on those of the map in the right place, where something was
+/// moved; and in a wrong one that looks like it, at least.
 constexpr double kOnRight = 0.75;
 constexpr double kOnWrong = 0.5;
-/// Points tell of a place independently if they are so far apart along surfaces [m].
-constexpr double kIndependent = 1.0;
+/// One stretch in so many shows what a map lacks although its robot was near, also in the right
+/// place: a room whose door was closed, the other side of things.
+constexpr double kOtherView = 20.0;
+/// Surfaces tell of a place independently if they are so far apart [m].
+constexpr double kIndependent = 0.5;
 /// Standard deviations of the start that the matches do not tell: of the drive up to them [m],
 /// [rad].
 constexpr double kStart = 0.1;
@@ -29,18 +30,8 @@ constexpr double kStartTurn = 0.02;
 constexpr double kLater = 0.05;
 /// Points of a stretch that a search uses.
 constexpr int kMostPoints = 100;
-/// Squares of poses that the search of one stretch in one map may score.
-constexpr int kBudget = 200000;
-
-/// Where the robot was when it saw points, roughly: most of them are near its way.
-Eigen::Vector2d middle_of(const std::vector<SurfacePoint>& points) {
-  std::vector<double> x, y;
-  for (const SurfacePoint& point : points) {
-    x.push_back(point.position.x());
-    y.push_back(point.position.y());
-  }
-  return {median(std::move(x)), median(std::move(y))};
-}
+/// Places that are followed, at most: a budget of time.
+constexpr std::size_t kMostPlaces = 60;
 
 /// Those no farther from the origin.
 std::vector<SurfacePoint> within(double distance, std::vector<SurfacePoint> points) {
@@ -49,13 +40,20 @@ std::vector<SurfacePoint> within(double distance, std::vector<SurfacePoint> poin
   return points;
 }
 
-/// Of the right place to a wrong one, by the share of points that lie on surfaces.
-double log_odds_of(const std::vector<SurfacePoint>& points, double inliers) {
-  double length = 0.0;
-  for (const SurfacePoint& point : points) length += std::min(point.length, kIndependent);
-  return length / kIndependent *
-         (inliers * std::log(kOnRight / kOnWrong) +
-          (1.0 - inliers) * std::log((1.0 - kOnRight) / (1.0 - kOnWrong)));
+std::vector<SurfacePoint> mirror_image(std::vector<SurfacePoint> points) {
+  for (SurfacePoint& point : points) {
+    point.position.y() *= -1;
+    point.normal.y() *= -1;
+  }
+  return points;
+}
+
+MatchOptions options_of_match(const ScanPlaceOptions& place) {
+  MatchOptions options;
+  options.min_inliers = place.min_inliers;
+  options.most_points = kMostPoints;
+  options.search.max_modes = 1;
+  return options;
 }
 
 bool is_one_place(const SE2& a, const SE2& b) {
@@ -63,99 +61,146 @@ bool is_one_place(const SE2& a, const SE2& b) {
   return off.translation().norm() < kOnePlace && std::abs(off.angle()) < kOneHeading;
 }
 
+/// What surfaces tell of a place that another, or one that the map lacks, does not share.
+double fit_of(double on, double off) {
+  const double sum =
+      on * std::log(kOnRight / kOnWrong) + off * std::log((1.0 - kOnRight) / (1.0 - kOnWrong));
+  return std::max(sum / kIndependent, -std::log(kOtherView));
+}
+
+/// The same to chance, by which a share of the surfaces of a wrong place are on those of the map.
+double log_odds_of(double on, double off, double by_chance) {
+  const double all = on + off;
+  if (all <= 0) return 0.0;
+  const double share = on / all;
+  if (share <= by_chance) return std::min(fit_of(on, off), 0.0);
+  double sum = on * std::log(share / by_chance);
+  if (off > 0) sum += off * std::log((1.0 - share) / (1.0 - by_chance));
+  return sum / kIndependent;
+}
+
+bool is_apart(const std::vector<Eigen::Vector2d>& others, const Eigen::Vector2d& point,
+              double least) {
+  return std::none_of(others.begin(), others.end(),
+                      [&](const Eigen::Vector2d& p) { return (p - point).norm() < least; });
+}
+
 }  // namespace
 
 ScanPlaceSearch::ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlaceOptions& options)
-    : options_(options), stored_(std::move(stored)), next_(options.query_length) {
-  const auto is_empty = [](const StoredScans& scans) { return scans.points.empty(); };
-  stored_.erase(std::remove_if(stored_.begin(), stored_.end(), is_empty), stored_.end());
-  for (const StoredScans& scans : stored_) targets_.push_back(surroundings(scans));
+    : options_(options), tiles_(std::move(stored)), next_(options.query_length) {}
+
+/// A match at a pose in the map with the uncertainty of the stored scans there.
+UncertainMotion ScanPlaceSearch::with_map(const SE2& pose,
+                                          const Eigen::Matrix3d& covariance) const {
+  const std::vector<Eigen::Vector2d>& middles = tiles_.middles();
+  const auto distance = [&](const Eigen::Vector2d& p) { return (p - pose.translation()).norm(); };
+  const auto nearest =
+      std::min_element(middles.begin(), middles.end(),
+                       [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  const StoredScans& scans = tiles_.stored()[std::size_t(nearest - middles.begin())];
+  const Eigen::Matrix3d Ad = scans.T_map_anchor.between(pose).inverse().adjoint();
+  return {pose, covariance + Ad * scans.covariance * Ad.transpose()};
 }
 
-/// All that stored scans tell of what can be seen from the way of one of them, in its frame.
-std::shared_ptr<const MatchTarget> ScanPlaceSearch::surroundings(const StoredScans& scans) const {
-  const Eigen::Vector2d middle = middle_of(scans.points);
-  std::vector<SurfacePoint> points;
-  for (const StoredScans& other : stored_) {
-    const SE2 T = scans.T_map_anchor.between(other.T_map_anchor);
-    for (const SurfacePoint& point : transformed(T, other.points)) {
-      const double far = (point.position - middle).cwiseAbs().maxCoeff();
-      if (far < options_.reach + options_.view) points.push_back(point);
-    }
+/// The share of a stretch that lies on surfaces of the map in a wrong place, as the mirror image
+/// shows near where the best of the places so far has it.
+double ScanPlaceSearch::share_by_chance(const std::vector<SurfacePoint>& points, const SE2& stretch,
+                                        const std::vector<MatchMode>& found) {
+  if (places_.empty() && found.empty()) return kOnWrong;
+  const SE2 here =
+      places_.empty() ? found.front().pose.motion : places_.front().T_map_drive.motion * stretch;
+  double most = kOnWrong;
+  for (const MatchMode& mode :
+       tiles_.search_near(here.translation(), mirror_image(points), options_of_match(options_))) {
+    most = std::max(most, mode.inliers);
   }
-  return std::make_shared<const MatchTarget>(make_match_target(points));
+  return most;
 }
 
-/// Counts a match for the place that it agrees with, or for a new one. Of several matches of one
-/// stretch, with stored scans that overlap, the best counts.
-void ScanPlaceSearch::vote(const UncertainMotion& T_map_drive, const SE2& stretch, double way,
-                           double log_odds) {
-  const SE2 here = T_map_drive.motion * stretch;
+/// The points of a stretch on surfaces that none before has shown: each counts once.
+std::vector<SurfacePoint> ScanPlaceSearch::fresh_of(const std::vector<SurfacePoint>& points,
+                                                    const SE2& stretch) {
+  std::vector<SurfacePoint> fresh;
+  std::set<std::pair<int, int>> now;
+  for (const SurfacePoint& point : points) {
+    const Eigen::Vector2d p = (stretch * point.position) / kIndependent;
+    const std::pair<int, int> name{int(std::floor(p.x())), int(std::floor(p.y()))};
+    if (seen_.count(name) == 0) fresh.push_back(point);
+    now.insert(name);
+  }
+  seen_.merge(now);
+  return fresh;
+}
+
+/// What a stretch says of a place.
+void ScanPlaceSearch::count(const std::vector<SurfacePoint>& points, const ScanAlignment& found,
+                            const SE2& stretch, double by_chance, Place& at) {
+  const auto [on, off] = tiles_.lengths_at(points, found.pose);
+  at.fit += fit_of(on, off);
+  at.log_odds += log_odds_of(on, off, by_chance);
+  if (found.inliers < options_.min_inliers) return;
+  const UncertainMotion here = with_map(found.pose, alignment_covariance(found));
+  const Eigen::Matrix3d Ad = stretch.adjoint();
+  at.T_map_drive = {here.motion * stretch.inverse(), Ad * here.covariance * Ad.transpose()};
+  at.stretch = stretch;
+  if (is_apart(at.seen_from, found.pose.translation(), options_.apart)) {
+    at.seen_from.push_back(found.pose.translation());
+  }
+}
+
+/// Follows the places so far, and adds those where a stretch fits.
+void ScanPlaceSearch::follow(const std::vector<SurfacePoint>& points, const SE2& stretch) {
+  const std::vector<SurfacePoint> fresh = fresh_of(points, stretch);
+  const std::vector<MatchMode> matches = tiles_.search(points, options_of_match(options_));
+  const double by_chance = share_by_chance(points, stretch, matches);
   for (Place& place : places_) {
-    if (!is_one_place(place.T_map_drive.motion * stretch, here)) continue;
-    if (place.last_vote == way) {
-      if (log_odds <= place.last_odds) return;
-      place.log_odds -= place.last_odds;
-      --place.votes;
-    }
-    ++place.votes;
-    place.log_odds += log_odds;
-    place.last_vote = way;
-    place.last_odds = log_odds;
-    place.T_map_drive = T_map_drive;
-    place.stretch = stretch;
-    return;
+    const auto found = tiles_.align_at(points, place.T_map_drive.motion * stretch);
+    if (found) count(fresh, *found, stretch, by_chance, place);
   }
-  places_.push_back({T_map_drive, stretch, 1, log_odds, way, log_odds});
+  forget_weak();
+  for (const MatchMode& mode : matches) {
+    const SE2& here = mode.pose.motion;
+    const bool known = std::any_of(places_.begin(), places_.end(), [&](const Place& p) {
+      return is_one_place(p.T_map_drive.motion * stretch, here);
+    });
+    const auto found = known ? std::nullopt : tiles_.align_at(points, here);
+    if (found) count(points, *found, stretch, by_chance, places_.emplace_back());
+  }
+  forget_weak();
 }
 
-/// The place that stands out, if one does.
-const ScanPlaceSearch::Place* ScanPlaceSearch::best() const {
-  const Place* best = nullptr;
-  double other = 0.0;  // that it is chance
-  for (const Place& place : places_) {
-    if (best == nullptr || place.log_odds > best->log_odds) {
-      if (best != nullptr) other = std::max(other, best->log_odds);
-      best = &place;
-    } else {
-      other = std::max(other, place.log_odds);
-    }
+/// Keeps the best of places that have become one, and the best of all for which anything speaks.
+void ScanPlaceSearch::forget_weak() {
+  std::stable_sort(places_.begin(), places_.end(),
+                   [](const Place& a, const Place& b) { return a.fit > b.fit; });
+  std::vector<Place> kept;
+  for (Place& place : places_) {
+    const SE2 here = place.T_map_drive.motion * place.stretch;
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Place& p) {
+      return is_one_place(p.T_map_drive.motion * place.stretch, here);
+    });
+    const bool fits = place.fit >= 0 && !place.seen_from.empty();
+    if (fits && !known && kept.size() < kMostPlaces) kept.push_back(std::move(place));
   }
-  const bool stands_out = best != nullptr && best->votes >= options_.votes &&
-                          best->log_odds - other > std::log(options_.odds);
-  return stands_out ? best : nullptr;
-}
-
-std::vector<ScanPlaceSearch::Place> ScanPlaceSearch::places() const {
-  std::vector<Place> out = places_;
-  std::stable_sort(out.begin(), out.end(),
-                   [](const Place& a, const Place& b) { return a.log_odds > b.log_odds; });
-  return out;
+  places_ = std::move(kept);
 }
 
 const ScanPlaceSearch::Place* ScanPlaceSearch::look(const std::vector<SurfacePoint>& points,
-                                                    const SE2& stretch, double way) {
-  const std::vector<SurfacePoint> query = within(options_.view, points);
-  if (query.empty()) return nullptr;
-  MatchOptions options;
-  options.min_inliers = options_.min_inliers;
-  options.most_points = kMostPoints;
-  options.search.budget = kBudget;
-  for (std::size_t m = 0; m < stored_.size(); ++m) {
-    const Eigen::Vector2d middle = middle_of(stored_[m].points);
-    const SearchWindow window{SE2(middle.x(), middle.y(), 0.0),
-                              Eigen::Vector2d::Constant(options_.reach), M_PI};
-    for (const MatchMode& mode : match(query, *targets_[m], window, options)) {
-      const SE2 T_map_stretch = stored_[m].T_map_anchor * mode.pose.motion;
-      const Eigen::Matrix3d Ad = mode.pose.motion.inverse().adjoint();
-      const Eigen::Matrix3d Ad_drive = stretch.adjoint();
-      const Eigen::Matrix3d at_stretch =
-          mode.pose.covariance + Ad * stored_[m].covariance * Ad.transpose();
-      vote({T_map_stretch * stretch.inverse(), Ad_drive * at_stretch * Ad_drive.transpose()},
-           stretch, way, log_odds_of(query, mode.inliers));
-    }
-  }
-  return best();
+                                                    const SE2& stretch) {
+  const std::vector<SurfacePoint> query = within(PlaceTiles::kView, points);
+  if (query.empty() || tiles_.stored().empty()) return nullptr;
+  follow(query, stretch);
+  return stands_out() ? &places_.front() : nullptr;
+}
+
+/// Whether most speaks for the first place, against chance and all others.
+bool ScanPlaceSearch::stands_out() const {
+  if (places_.empty()) return false;
+  const double other = places_.size() > 1 ? places_[1].fit : 0.0;
+  const double least = std::log(options_.odds);
+  return static_cast<int>(places_.front().seen_from.size()) >= options_.votes &&
+         places_.front().fit - other > least && places_.front().log_odds > least;
 }
 
 std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
@@ -165,7 +210,7 @@ std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
   if (way < next_) return std::nullopt;
   next_ = way + std::max(options_.every, kLater * way);
   const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
-  const Place* found = look(recent_points(tracker, options_.query_length), newest, way);
+  const Place* found = look(recent_points(tracker, options_.query_length), newest);
   if (found == nullptr) return std::nullopt;
   UncertainMotion start{found->T_map_drive.motion * mapper.pose(0), found->T_map_drive.covariance};
   start.covariance.diagonal() += Eigen::Vector3d(kStart, kStart, kStartTurn).cwiseAbs2();

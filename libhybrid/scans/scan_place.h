@@ -4,38 +4,38 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
-#include "libhybrid/scans/scan_closures.h"
+#include "libhybrid/scans/place_tiles.h"
 #include "libhybrid/scans/scan_mapper.h"
 
 namespace HYBRID_API hybrid {
 
 struct ScanPlaceOptions {
   double query_length = 6.0;  ///< way whose scans are matched jointly [m]
-  double every = 2.0;         ///< way between searches [m]
+  double every = 3.0;         ///< way between searches [m]
   double min_inliers = 0.5;   ///< share of the points on surfaces, of a match that counts
-  int votes = 3;              ///< matches that agree, for a place
+  int votes = 2;              ///< places that must agree: a room may look like another
+  double apart = 8.0;         ///< between these, more than a room [m]
   double odds = 1e4;          ///< of a place to chance, and to every other place
-  double view = 8.0;          ///< from the robot to points that are matched, at most [m]
-  double reach = 8.0;         ///< half the width of what is searched around stored scans [m]
 };
 
 /// Searches for the place of a drive among stored scans, of which nothing is known but that it may
-/// be there: stretches of the drive are matched with all of them at all headings, and places that
-/// several stretches agree on are found, where no other place comes near.
+/// be there. Stretches of the drive are matched with all of them at all headings, and followed from
+/// there. How well a wrong place fits is measured: by the mirror image of each stretch, which
+/// exists nowhere.
 class ScanPlaceSearch {
  public:
   /// A place of the frame of the drive, with what speaks for it.
   struct Place {
     UncertainMotion T_map_drive;
-    SE2 stretch;             ///< in the frame of the drive: the last one that agrees
-    int votes = 0;           ///< stretches that agree
-    double log_odds = 0.0;   ///< to chance
-    double last_vote = 0.0;  ///< way at which
-    double last_odds = 0.0;  ///< that it counted for
+    SE2 stretch;  ///< in the frame of the drive: the last one that agrees
+    std::vector<Eigen::Vector2d> seen_from;  ///< where stretches agree, `apart`, in the map
+    double fit = 0.0;       ///< what speaks for it, to be compared with that of other places
+    double log_odds = 0.0;  ///< to chance
   };
 
   explicit ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlaceOptions& options = {});
@@ -44,21 +44,27 @@ class ScanPlaceSearch {
   /// once it is found.
   std::optional<UncertainMotion> look(const ScanMapper& mapper);
   /// The same for a stretch by itself: its points in a frame that is at `stretch` in that of the
-  /// drive. `way` is a number that no other stretch has.
-  const Place* look(const std::vector<SurfacePoint>& points, const SE2& stretch, double way);
+  /// drive.
+  const Place* look(const std::vector<SurfacePoint>& points, const SE2& stretch);
 
   /// All places so far, the one for which most speaks first.
-  std::vector<Place> places() const;
+  const std::vector<Place>& places() const { return places_; }
 
  private:
-  void vote(const UncertainMotion& T_map_drive, const SE2& stretch, double way, double log_odds);
-  const Place* best() const;
-  std::shared_ptr<const MatchTarget> surroundings(const StoredScans& scans) const;
+  double share_by_chance(const std::vector<SurfacePoint>& points, const SE2& stretch,
+                         const std::vector<MatchMode>& found);
+  std::vector<SurfacePoint> fresh_of(const std::vector<SurfacePoint>& points, const SE2& stretch);
+  void follow(const std::vector<SurfacePoint>& points, const SE2& stretch);
+  void count(const std::vector<SurfacePoint>& points, const ScanAlignment& found,
+             const SE2& stretch, double by_chance, Place& at);
+  void forget_weak();
+  bool stands_out() const;
+  UncertainMotion with_map(const SE2& pose, const Eigen::Matrix3d& covariance) const;
 
   ScanPlaceOptions options_;
-  std::vector<StoredScans> stored_;
-  std::vector<std::shared_ptr<const MatchTarget>> targets_;
+  PlaceTiles tiles_;
   std::vector<Place> places_;
+  std::set<std::pair<int, int>> seen_;  // metres of the frame of the drive that have counted
   double next_ = 0.0;
 };
 

@@ -74,6 +74,107 @@ TEST(ScanPlaceSearch, FindsNothingElsewhere) {
   EXPECT_FALSE(found_on(testing::pillars(60, random), second, search, 4));
 }
 
+/// A corridor along x, 2 m wide, with niches at places of its own.
+testing::FloorPlan corridor(double length, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> gap(2.0, 5.0), size(0.5, 1.4), depth(0.2, 0.5);
+  testing::FloorPlan plan;
+  for (const double side : {-1.0, 1.0}) {
+    double from = -2.0;
+    for (double x = gap(random) - 2.0; x < length - 2.0; x += gap(random)) {
+      const double to = x + size(random), y = side * (1.0 + depth(random));
+      plan.add_wall({from, side}, {x, side});
+      plan.add_wall({x, side}, {x, y});
+      plan.add_wall({x, y}, {to, y});
+      plan.add_wall({to, y}, {to, side});
+      from = x = to;
+    }
+    plan.add_wall({from, side}, {length, side});
+  }
+  plan.add_wall({-2, -1}, {-2, 1});
+  plan.add_wall({length, -1}, {length, 1});
+  return plan;
+}
+
+/// Along a corridor and back.
+std::vector<SE2> way_along(double length) {
+  std::vector<SE2> way;
+  for (double x = 0; x < length - 2; x += 0.1) way.emplace_back(x, 0.1, 0.0);
+  for (double a = 0; a < M_PI; a += 0.15) way.emplace_back(length - 2, 0.1, a);
+  for (double x = length - 2; x > 0; x -= 0.1) way.emplace_back(x, 0.1, M_PI);
+  return way;
+}
+
+TEST(ScanPlaceSearch, ACorridorIsNotTakenForThatOfAnotherBuilding) {
+  const ScanMapper first = drive(corridor(40, 1), way_along(40), 1);
+  for (unsigned other = 2; other < 5; ++other) {
+    ScanPlaceSearch search(stored(first, SE2()));
+    EXPECT_FALSE(found_on(corridor(30, other), way_along(30), search, 10 + other)) << other;
+  }
+  ScanPlaceSearch same(stored(first, SE2()));
+  const auto start = found_on(corridor(40, 1), way_along(40), same, 2);
+  ASSERT_TRUE(start);
+  EXPECT_LT(start->motion.translation().norm(), 0.3);
+}
+
+/// Rooms of one kind in a row, with doors to a corridor.
+testing::FloorPlan equal_rooms(int count) {
+  testing::FloorPlan plan;
+  const double right = 4.0 + 6.0 * count;
+  plan.add_wall({-1, -1}, {right, -1});
+  plan.add_wall({-1, -1}, {-1, 1});
+  plan.add_wall({right, -1}, {right, 1});
+  double x = -1;
+  for (int k = 0; k < count; ++k) {
+    const double c = 4.0 + 6.0 * k;
+    plan.add_wall({x, 1}, {c - 0.5, 1});
+    x = c + 0.5;
+    plan.add_wall({c - 2.5, 1}, {c - 2.5, 6});
+    plan.add_wall({c - 2.5, 6}, {c + 2.5, 6});
+    plan.add_wall({c + 2.5, 6}, {c + 2.5, 1});
+    plan.add_box({c + 1, 4.2}, {c + 2, 5.2});
+  }
+  plan.add_wall({x, 1}, {right, 1});
+  return plan;
+}
+
+/// From one corner to the next, turning there.
+std::vector<SE2> way_by(const std::vector<Eigen::Vector2d>& corners) {
+  std::vector<SE2> way;
+  double heading = 0;
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+    const Eigen::Vector2d leg = corners[i + 1] - corners[i];
+    const SO2 to(std::atan2(leg.y(), leg.x()));
+    const double turn = (SO2(heading).inverse() * to).angle();
+    for (int k = 1; k <= 20; ++k) way.emplace_back(corners[i], SO2(heading + turn * k / 20));
+    heading += turn;
+    for (double s = 0; s < leg.norm(); s += 0.1) {
+      way.emplace_back(corners[i] + s * leg.normalized(), to);
+    }
+  }
+  return way;
+}
+
+TEST(ScanPlaceSearch, ARoomIsNotTakenForOneThatLooksLikeIt) {
+  const testing::FloorPlan plan = equal_rooms(4);
+  const ScanMapper first =
+      drive(plan, way_by({{0, 0}, {4, 0}, {4, 3.2}, {2.8, 4}, {4, 3.2}, {4, 0}, {0, 0}}), 1);
+  for (const double c : {10.0, 16.0}) {
+    ScanPlaceSearch search(stored(first, SE2()));
+    const std::vector<SE2> way = way_by({{c - 1.5, 2.5},
+                                         {c + 0.3, 2.5},
+                                         {c + 0.3, 3.6},
+                                         {c - 1.6, 4.6},
+                                         {c - 1.6, 2},
+                                         {c, 3},
+                                         {c - 1.4, 4.4},
+                                         {c, 2.2},
+                                         {c, 0.2},
+                                         {c + 3, 0}});
+    EXPECT_FALSE(found_on(plan, way, search, 2)) << c;
+  }
+}
+
 TEST(ScanPlaceSearch, TwoEqualRoomsAreNotToldApart) {
   testing::FloorPlan room;
   room.add_box({-4, -3}, {4, 3});
@@ -86,10 +187,12 @@ TEST(ScanPlaceSearch, TwoEqualRoomsAreNotToldApart) {
   }
   const ScanMapper first = drive(room, way, 1);
   std::vector<StoredScans> both = stored(first, SE2());
-  ScanPlaceSearch one(both);
+  ScanPlaceOptions options;
+  options.votes = 1;  // the map is of one room, and so is the drive
+  ScanPlaceSearch one(both, options);
   EXPECT_TRUE(found_on(room, way, one, 2));
   for (const StoredScans& scans : stored(first, SE2(50, 0, 0))) both.push_back(scans);
-  ScanPlaceSearch two(both);
+  ScanPlaceSearch two(both, options);
   EXPECT_FALSE(found_on(room, way, two, 2));
 }
 
@@ -130,6 +233,18 @@ TEST(JoinScans, OtherBuildingsAreNotJoined) {
   EXPECT_NE(join.why.find("stretch"), std::string::npos) << join.why;
   EXPECT_FALSE(join_scans(drives.a, {}, {}).is_found());
   EXPECT_FALSE(join_scans({}, drives.b, {}).is_found());
+}
+
+TEST(JoinScans, MapsThatShareLessThanTellsThemApartAreNotJoinedWrongly) {
+  const testing::FloorPlan plan = corridor(60, 1);
+  std::vector<SE2> way = way_along(60);
+  way.resize(580);  // there, not back
+  const std::vector<SE2> second(way.begin() + 265, way.end());
+  const ScanJoin join = join_scans(stored(drive(plan, {way.begin(), way.begin() + 315}, 1), SE2()),
+                                   stored(drive(plan, second, 2), SE2()), {});
+  if (!join.is_found()) return;
+  const SE2 off = way.front().between(second.front()).between(join.T_first_second.motion);
+  EXPECT_LT(off.translation().norm(), 0.5);
 }
 
 TEST(JoinScans, OneOfTwoEqualPlacesIsNotTaken) {
