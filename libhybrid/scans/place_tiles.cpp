@@ -29,8 +29,6 @@ constexpr int kHeadings = 126;
 /// Of cells and headings that are so near to each other, the best one is proposed.
 constexpr int kBlock = 5;
 constexpr int kHeadingBlock = 9;
-/// Squares are near a place if their middle is [m]: a building or a wing of it.
-constexpr double kNear = 32.0;
 /// Proposals that are looked at closely: a budget of time.
 constexpr std::size_t kMostProposals = 100;
 /// What a proposal may be off by [m], [rad].
@@ -209,25 +207,8 @@ void propose_poses(const Tiles& tiles, const std::vector<Eigen::Vector2d>& point
 
 std::vector<MatchMode> PlaceTiles::search(const std::vector<SurfacePoint>& points,
                                           const MatchOptions& options) {
-  Tiles all;
-  for (const auto& [name, tile] : tiles_) all.emplace_back(name, &tile);
-  return search_in(all, points, options);
-}
-
-std::vector<MatchMode> PlaceTiles::search_near(const Eigen::Vector2d& place,
-                                               const std::vector<SurfacePoint>& points,
-                                               const MatchOptions& options) {
-  Tiles near;
-  for (const auto& [name, tile] : tiles_) {
-    const Eigen::Vector2d off = frame_of(name).translation() - place;
-    if (off.cwiseAbs().maxCoeff() < kNear) near.emplace_back(name, &tile);
-  }
-  return search_in(near, points, options);
-}
-
-std::vector<MatchMode> PlaceTiles::search_in(const Tiles& tiles,
-                                             const std::vector<SurfacePoint>& points,
-                                             const MatchOptions& options) {
+  Tiles tiles;
+  for (const auto& [name, tile] : tiles_) tiles.emplace_back(name, &tile);
   std::vector<Eigen::Vector2d> chosen;
   const std::size_t used = std::min<std::size_t>(points.size(), kCoarsePoints);
   for (std::size_t i = 0; i < used; ++i) {

@@ -27,10 +27,6 @@ class PlaceTiles {
   /// origin: those at which most of them are on surfaces, one for each place.
   std::vector<MatchMode> search(const std::vector<SurfacePoint>& points,
                                 const MatchOptions& options);
-  /// The same in the squares that are near a place.
-  std::vector<MatchMode> search_near(const Eigen::Vector2d& place,
-                                     const std::vector<SurfacePoint>& points,
-                                     const MatchOptions& options);
   /// The best pose near one; nothing where the map does not know most of what is there.
   std::optional<ScanAlignment> align_at(const std::vector<SurfacePoint>& points, const SE2& pose);
   /// Length of the points that is on surfaces, and length that is not [m].
@@ -58,8 +54,6 @@ class PlaceTiles {
   };
 
   using Tiles = std::vector<std::pair<Name, const Tile*>>;
-  std::vector<MatchMode> search_in(const Tiles& tiles, const std::vector<SurfacePoint>& points,
-                                   const MatchOptions& options);
   void draw(const Eigen::Vector2d& point, std::size_t stored);
   Tile* tile_at(const Eigen::Vector2d& position);
   const MatchTarget& fine(const Name& name);

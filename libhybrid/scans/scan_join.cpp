@@ -59,17 +59,18 @@ std::string number(const char* format, double value) {
   return text;
 }
 
-std::string text_of(const ScanPlaceSearch::Place& place) {
+std::string text_of(const ScanPlace& place) {
   const SE2 at = place.T_map_drive.motion * place.stretch;
-  return "(" + number("%.1f", at.x()) + " " + number("%.1f", at.y()) + "), log odds " +
-         number("%.1f", place.log_odds);
+  return "(" + number("%.1f", at.x()) + " " + number("%.1f", at.y()) + ") with " +
+         number("%.0f", 100 * place.on / std::max(1e-9, place.on + place.off)) +
+         " % of their surfaces";
 }
 
 /// What speaks against the best of places that do not stand out.
-std::string doubt_of(const std::vector<ScanPlaceSearch::Place>& places,
-                     const ScanPlaceOptions& options) {
+std::string doubt_of(const ScanPlaceSearch& search, const ScanPlaceOptions& options) {
+  const std::vector<ScanPlace>& places = search.places();
   if (places.empty()) return "no stretch of its laser scans fits those of the other map";
-  const ScanPlaceSearch::Place& best = places.front();
+  const ScanPlace& best = places.front();
   if (static_cast<int>(best.seen_from.size()) < options.votes) {
     return "the place that fits its laser scans best, " + text_of(best) + ", has " +
            std::to_string(best.seen_from.size()) + " of the " + std::to_string(options.votes) +
@@ -78,15 +79,16 @@ std::string doubt_of(const std::vector<ScanPlaceSearch::Place>& places,
   if (places.size() > 1 && best.fit - places[1].fit <= std::log(options.odds)) {
     return "its laser scans fit at " + text_of(best) + ", and as well at " + text_of(places[1]);
   }
-  return "its laser scans may fit by chance at " + text_of(best) + " of " +
-         number("%.1f", std::log(options.odds)) + " that are needed";
+  return "its laser scans may fit by chance at " + text_of(best) + ", log odds " +
+         number("%.1f", search.log_odds()) + " of " + number("%.1f", std::log(options.odds)) +
+         " that are needed";
 }
 
 /// Local maps of two maps, the motion between these, and matches, some of which may be false.
 class ScanJoinGraph {
  public:
   ScanJoinGraph(const std::vector<StoredScans>& first, const std::vector<StoredScans>& second,
-                const ScanPlaceSearch::Place& place)
+                const ScanPlace& place)
       : first_(first), second_(second), targets_(first.size()) {
     // What is known of the motion is known at the place, not at the origin of the second map.
     const Eigen::Matrix3d Ad = place.stretch.adjoint();
@@ -238,7 +240,7 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
                     const ScanPlaceOptions& options) {
   ScanJoin out;
   ScanPlaceSearch search(first, options);
-  const ScanPlaceSearch::Place* found = nullptr;
+  const ScanPlace* found = nullptr;
   // Of local maps that overlap, every second one: what a surface says counts once.
   const std::size_t step = std::max<std::size_t>(2, second.size() / kMostStretches);
   for (std::size_t k = 0; k < second.size() && found == nullptr; k += step) {
@@ -247,13 +249,13 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
                         second[k].T_map_anchor * T_anchor_middle);
   }
   if (found == nullptr) {
-    out.why = doubt_of(search.places(), options);
+    out.why = doubt_of(search, options);
     return out;
   }
   const ScanJoinGraph graph(first, second, *found);
   out.matches = graph.matches();
   out.accepted = graph.accepted();
-  out.log_odds = found->log_odds;
+  out.log_odds = search.log_odds();
   if (out.accepted < kLeastMatches) {
     out.why = "its laser scans fit at " + text_of(*found) + ", but of " +
               std::to_string(out.matches) + " matches there only " + std::to_string(out.accepted) +

@@ -47,6 +47,9 @@ std::vector<SurfacePoint> mirror_image(std::vector<SurfacePoint> points) {
   }
   return points;
 }
+SE2 mirror_image(const SE2& pose) {
+  return {pose.x(), -pose.y(), -pose.angle()};
+}
 
 MatchOptions options_of_match(const ScanPlaceOptions& place) {
   MatchOptions options;
@@ -68,59 +71,30 @@ double fit_of(double on, double off) {
   return std::max(sum / kIndependent, -std::log(kOtherView));
 }
 
-/// The same to chance, by which a share of the surfaces of a wrong place are on those of the map.
-double log_odds_of(double on, double off, double by_chance) {
-  const double all = on + off;
-  if (all <= 0) return 0.0;
-  const double share = on / all;
-  if (share <= by_chance) return std::min(fit_of(on, off), 0.0);
-  double sum = on * std::log(share / by_chance);
-  if (off > 0) sum += off * std::log((1.0 - share) / (1.0 - by_chance));
-  return sum / kIndependent;
-}
-
 bool is_apart(const std::vector<Eigen::Vector2d>& others, const Eigen::Vector2d& point,
               double least) {
   return std::none_of(others.begin(), others.end(),
                       [&](const Eigen::Vector2d& p) { return (p - point).norm() < least; });
 }
 
-}  // namespace
-
-ScanPlaceSearch::ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlaceOptions& options)
-    : options_(options), tiles_(std::move(stored)), next_(options.query_length) {}
-
 /// A match at a pose in the map with the uncertainty of the stored scans there.
-UncertainMotion ScanPlaceSearch::with_map(const SE2& pose,
-                                          const Eigen::Matrix3d& covariance) const {
-  const std::vector<Eigen::Vector2d>& middles = tiles_.middles();
+UncertainMotion with_map(const PlaceTiles& tiles, const SE2& pose,
+                         const Eigen::Matrix3d& covariance) {
+  const std::vector<Eigen::Vector2d>& middles = tiles.middles();
   const auto distance = [&](const Eigen::Vector2d& p) { return (p - pose.translation()).norm(); };
   const auto nearest =
       std::min_element(middles.begin(), middles.end(),
                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-  const StoredScans& scans = tiles_.stored()[std::size_t(nearest - middles.begin())];
+  const StoredScans& scans = tiles.stored()[std::size_t(nearest - middles.begin())];
   const Eigen::Matrix3d Ad = scans.T_map_anchor.between(pose).inverse().adjoint();
   return {pose, covariance + Ad * scans.covariance * Ad.transpose()};
 }
 
-/// The share of a stretch that lies on surfaces of the map in a wrong place, as the mirror image
-/// shows near where the best of the places so far has it.
-double ScanPlaceSearch::share_by_chance(const std::vector<SurfacePoint>& points, const SE2& stretch,
-                                        const std::vector<MatchMode>& found) {
-  if (places_.empty() && found.empty()) return kOnWrong;
-  const SE2 here =
-      places_.empty() ? found.front().pose.motion : places_.front().T_map_drive.motion * stretch;
-  double most = kOnWrong;
-  for (const MatchMode& mode :
-       tiles_.search_near(here.translation(), mirror_image(points), options_of_match(options_))) {
-    most = std::max(most, mode.inliers);
-  }
-  return most;
-}
+}  // namespace
 
 /// The points of a stretch on surfaces that none before has shown: each counts once.
-std::vector<SurfacePoint> ScanPlaceSearch::fresh_of(const std::vector<SurfacePoint>& points,
-                                                    const SE2& stretch) {
+std::vector<SurfacePoint> FollowedPlaces::fresh_of(const std::vector<SurfacePoint>& points,
+                                                   const SE2& stretch) {
   std::vector<SurfacePoint> fresh;
   std::set<std::pair<int, int>> now;
   for (const SurfacePoint& point : points) {
@@ -133,51 +107,51 @@ std::vector<SurfacePoint> ScanPlaceSearch::fresh_of(const std::vector<SurfacePoi
   return fresh;
 }
 
-/// What a stretch says of a place.
-void ScanPlaceSearch::count(const std::vector<SurfacePoint>& points, const ScanAlignment& found,
-                            const SE2& stretch, double by_chance, Place& at) {
-  const auto [on, off] = tiles_.lengths_at(points, found.pose);
+/// What a stretch says of a place at which it is aligned, by surfaces that have not counted yet.
+void FollowedPlaces::count(PlaceTiles& tiles, const ScanAlignment& found,
+                           const std::vector<SurfacePoint>& fresh, const SE2& stretch,
+                           ScanPlace& at) const {
+  const auto [on, off] = tiles.lengths_at(fresh, found.pose);
+  at.on += on;
+  at.off += off;
   at.fit += fit_of(on, off);
-  at.log_odds += log_odds_of(on, off, by_chance);
   if (found.inliers < options_.min_inliers) return;
-  const UncertainMotion here = with_map(found.pose, alignment_covariance(found));
+  const UncertainMotion here = with_map(tiles, found.pose, alignment_covariance(found));
   const Eigen::Matrix3d Ad = stretch.adjoint();
   at.T_map_drive = {here.motion * stretch.inverse(), Ad * here.covariance * Ad.transpose()};
   at.stretch = stretch;
-  if (is_apart(at.seen_from, found.pose.translation(), options_.apart)) {
+  if (is_apart(at.seen_from, found.pose.translation(), options_.query_length)) {
     at.seen_from.push_back(found.pose.translation());
   }
 }
 
-/// Follows the places so far, and adds those where a stretch fits.
-void ScanPlaceSearch::follow(const std::vector<SurfacePoint>& points, const SE2& stretch) {
+void FollowedPlaces::look(PlaceTiles& tiles, const std::vector<SurfacePoint>& points,
+                          const SE2& stretch) {
   const std::vector<SurfacePoint> fresh = fresh_of(points, stretch);
-  const std::vector<MatchMode> matches = tiles_.search(points, options_of_match(options_));
-  const double by_chance = share_by_chance(points, stretch, matches);
-  for (Place& place : places_) {
-    const auto found = tiles_.align_at(points, place.T_map_drive.motion * stretch);
-    if (found) count(fresh, *found, stretch, by_chance, place);
+  for (ScanPlace& place : places_) {
+    const auto found = tiles.align_at(points, place.T_map_drive.motion * stretch);
+    if (found) count(tiles, *found, fresh, stretch, place);
   }
   forget_weak();
-  for (const MatchMode& mode : matches) {
+  for (const MatchMode& mode : tiles.search(points, options_of_match(options_))) {
     const SE2& here = mode.pose.motion;
-    const bool known = std::any_of(places_.begin(), places_.end(), [&](const Place& p) {
+    const bool known = std::any_of(places_.begin(), places_.end(), [&](const ScanPlace& p) {
       return is_one_place(p.T_map_drive.motion * stretch, here);
     });
-    const auto found = known ? std::nullopt : tiles_.align_at(points, here);
-    if (found) count(points, *found, stretch, by_chance, places_.emplace_back());
+    const auto found = known ? std::nullopt : tiles.align_at(points, here);
+    if (found) count(tiles, *found, points, stretch, places_.emplace_back());
   }
   forget_weak();
 }
 
 /// Keeps the best of places that have become one, and the best of all for which anything speaks.
-void ScanPlaceSearch::forget_weak() {
+void FollowedPlaces::forget_weak() {
   std::stable_sort(places_.begin(), places_.end(),
-                   [](const Place& a, const Place& b) { return a.fit > b.fit; });
-  std::vector<Place> kept;
-  for (Place& place : places_) {
+                   [](const ScanPlace& a, const ScanPlace& b) { return a.fit > b.fit; });
+  std::vector<ScanPlace> kept;
+  for (ScanPlace& place : places_) {
     const SE2 here = place.T_map_drive.motion * place.stretch;
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Place& p) {
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const ScanPlace& p) {
       return is_one_place(p.T_map_drive.motion * place.stretch, here);
     });
     const bool fits = place.fit >= 0 && !place.seen_from.empty();
@@ -186,21 +160,33 @@ void ScanPlaceSearch::forget_weak() {
   places_ = std::move(kept);
 }
 
-const ScanPlaceSearch::Place* ScanPlaceSearch::look(const std::vector<SurfacePoint>& points,
-                                                    const SE2& stretch) {
+ScanPlaceSearch::ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlaceOptions& options)
+    : options_(options),
+      tiles_(std::move(stored)),
+      drive_(options),
+      mirrored_(options),
+      next_(options.query_length) {}
+
+const ScanPlace* ScanPlaceSearch::look(const std::vector<SurfacePoint>& points,
+                                       const SE2& stretch) {
   const std::vector<SurfacePoint> query = within(PlaceTiles::kView, points);
   if (query.empty() || tiles_.stored().empty()) return nullptr;
-  follow(query, stretch);
-  return stands_out() ? &places_.front() : nullptr;
+  drive_.look(tiles_, query, stretch);
+  mirrored_.look(tiles_, mirror_image(query), mirror_image(stretch));
+  for (const ScanPlace& place : mirrored_.places()) by_chance_ = std::max(by_chance_, place.fit);
+  return stands_out() ? &places().front() : nullptr;
 }
 
-/// Whether most speaks for the first place, against chance and all others.
+double ScanPlaceSearch::log_odds() const {
+  if (places().empty()) return 0.0;
+  const double other = places().size() > 1 ? places()[1].fit : 0.0;
+  return places().front().fit - std::max(other, by_chance_);
+}
+
 bool ScanPlaceSearch::stands_out() const {
-  if (places_.empty()) return false;
-  const double other = places_.size() > 1 ? places_[1].fit : 0.0;
-  const double least = std::log(options_.odds);
-  return static_cast<int>(places_.front().seen_from.size()) >= options_.votes &&
-         places_.front().fit - other > least && places_.front().log_odds > least;
+  return !places().empty() &&
+         static_cast<int>(places().front().seen_from.size()) >= options_.votes &&
+         log_odds() > std::log(options_.odds);
 }
 
 std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
@@ -210,7 +196,7 @@ std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
   if (way < next_) return std::nullopt;
   next_ = way + std::max(options_.every, kLater * way);
   const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
-  const Place* found = look(recent_points(tracker, options_.query_length), newest);
+  const ScanPlace* found = look(recent_points(tracker, options_.query_length), newest);
   if (found == nullptr) return std::nullopt;
   UncertainMotion start{found->T_map_drive.motion * mapper.pose(0), found->T_map_drive.covariance};
   start.covariance.diagonal() += Eigen::Vector3d(kStart, kStart, kStartTurn).cwiseAbs2();

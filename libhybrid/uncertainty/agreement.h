@@ -11,6 +11,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/scans/laser_scan.h"
+#include "libhybrid/scans/scan_closures.h"
 
 namespace HYBRID_API hybrid {
 
@@ -70,5 +71,10 @@ struct PlacedScan {
 /// The same of planar scans: whether rays towards a place end at the surface that was measured
 /// there, or go through it. Rays that end before it tell nothing.
 Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& options = {});
+
+/// The same of scans in a known map: in place of what they measured much earlier or later, the
+/// surfaces of the map are looked at.
+Agreement agreement_with_map(std::vector<PlacedScan> scans, const std::vector<StoredScans>& map,
+                             const AgreementOptions& options = {});
 
 }  // namespace hybrid

@@ -26,7 +26,13 @@ void thin(std::vector<std::size_t>& positions, std::size_t most) {
 void LookTable::begin_place(double time) {
   end_place();
   stretch_ = &stretches_[std::lround(std::floor((time - begin_) / kLeftOut))];
+  is_known_ = false;
   ++places_;
+}
+
+void LookTable::begin_known_place(double time) {
+  begin_place(time);
+  is_known_ = true;
 }
 
 void LookTable::add(LookTime when, double range, double turn, bool found) {
@@ -45,7 +51,7 @@ void LookTable::end_place() {
   const bool before = stands(LookTime::kBefore), after = stands(LookTime::kAfter);
   const auto counts_at = [&](LookTime when) {
     if (when == LookTime::kBefore) return after;
-    return when == LookTime::kAfter ? before : before || after;
+    return when == LookTime::kAfter ? before : is_known_ || before || after;
   };
   bool has_late = false;
   for (const Look& look : looks_) {

@@ -12,9 +12,11 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostScans = 1000;  // whose returns are looked at again
+constexpr std::size_t kMostKnown = 8000;  // surfaces of a map
 constexpr std::size_t kRays = 40;         // of each of them
 constexpr double kReach = 12;             // [m]; rays spread, and graze what is farther away
 constexpr double kShortest = 0.3;         // [m]; the robot itself is nearer
+constexpr double kGrazing = 1.2;          // [rad] to the normal of a surface
 constexpr double kSame = 0.1;             // [m] to a surface that is the same, two cells of a grid
 
 /// A return and the direction that it was seen in, in the map.
@@ -52,6 +54,22 @@ std::vector<SurfacePlace> surfaces_of(const PlacedScan& at) {
     const Eigen::Vector2d seen = point - at.T_map_sensor.translation();
     out.push_back({point, std::atan2(seen.y(), seen.x())});
   }
+  return out;
+}
+
+/// Surfaces of a map, each looked at from its front.
+std::vector<SurfacePlace> surfaces_of(const std::vector<StoredScans>& map) {
+  std::vector<SurfacePlace> all;
+  for (const StoredScans& stored : map) {
+    for (const SurfacePoint& point : stored.points) {
+      if (!point.has_normal() || point.position.norm() > kReach) continue;
+      const Eigen::Vector2d seen = stored.T_map_anchor.rotation() * -point.normal;
+      all.push_back({stored.T_map_anchor * point.position, std::atan2(seen.y(), seen.x())});
+    }
+  }
+  std::vector<SurfacePlace> out;
+  const std::size_t count = std::min(kMostKnown, all.size());
+  for (std::size_t i = 0; i < count; ++i) out.push_back(all[i * all.size() / count]);
   return out;
 }
 
@@ -96,41 +114,92 @@ void look(const SurfacePlace& place, const PlacedScan& at, LookTime when, LookTa
   table.add(when, range, std::abs(wrap_angle(direction - place.direction)), *found);
 }
 
+/// Whether a scan sees a surface of a map from its front, and not at a grazing angle.
+bool shows_front(const SurfacePlace& place, const PlacedScan& at) {
+  const Eigen::Vector2d seen = place.point - at.T_map_sensor.translation();
+  return std::abs(wrap_angle(std::atan2(seen.y(), seen.x()) - place.direction)) < kGrazing;
+}
+
 bool may_see(const PlacedScan& a, const PlacedScan& b) {
   return (a.T_map_sensor.translation() - b.T_map_sensor.translation()).norm() < 2 * kReach;
 }
 
-}  // namespace
+/// Of scans in order of time.
+class LookedAt {
+ public:
+  LookedAt(std::vector<PlacedScan> scans, const AgreementOptions& options)
+      : scans_(std::move(scans)) {
+    scans_.erase(std::remove_if(scans_.begin(), scans_.end(),
+                                [](const PlacedScan& at) {
+                                  return at.scan->ranges.size() < 3 || at.scan->angle_step == 0;
+                                }),
+                 scans_.end());
+    std::stable_sort(scans_.begin(), scans_.end(),
+                     [](const auto& a, const auto& b) { return a.time < b.time; });
+    if (scans_.empty()) return;
+    options_ = options_for(options, scans_.back().time - scans_.front().time);
+    table_.emplace(scans_.front().time, kReach);
+  }
 
-Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& given) {
-  scans.erase(std::remove_if(scans.begin(), scans.end(),
-                             [](const PlacedScan& at) {
-                               return at.scan->ranges.size() < 3 || at.scan->angle_step == 0;
-                             }),
-              scans.end());
-  if (scans.empty()) return {};
-  std::stable_sort(scans.begin(), scans.end(),
-                   [](const auto& a, const auto& b) { return a.time < b.time; });
-  const auto options = options_for(given, scans.back().time - scans.front().time);
-  LookTable table(scans.front().time, kReach);
-  const std::size_t every = (scans.size() + kMostScans - 1) / kMostScans;
-  for (std::size_t i = 0; i < scans.size(); i += every) {
-    std::vector<std::size_t> near;
-    std::vector<std::pair<double, int>> times;
-    for (std::size_t j = 0; j < scans.size(); ++j) {
-      if (!may_see(scans[i], scans[j])) continue;
-      near.push_back(j);
-      times.emplace_back(scans[j].time, scans[j].robot);
-    }
-    const auto looks = LookChoice(std::move(times), options).around(scans[i].time, scans[i].robot);
-    for (const SurfacePlace& place : surfaces_of(scans[i])) {
-      table.begin_place(scans[i].time);
-      for (const auto& [when, j] : looks) look(place, scans[near[j]], when, table);
+  void look_at_own_places(bool late) {
+    const std::size_t every = (scans_.size() + kMostScans - 1) / kMostScans;
+    for (std::size_t i = 0; i < scans_.size(); i += every) {
+      std::vector<std::size_t> near;
+      std::vector<std::pair<double, int>> times;
+      for (std::size_t j = 0; j < scans_.size(); ++j) {
+        if (!may_see(scans_[i], scans_[j])) continue;
+        near.push_back(j);
+        times.emplace_back(scans_[j].time, scans_[j].robot);
+      }
+      const auto looks =
+          LookChoice(std::move(times), options_).around(scans_[i].time, scans_[i].robot);
+      for (const SurfacePlace& place : surfaces_of(scans_[i])) {
+        table_->begin_place(scans_[i].time);
+        for (const auto& [when, j] : looks) {
+          if (late || when != LookTime::kLate) look(place, scans_[near[j]], when, *table_);
+        }
+      }
     }
   }
-  Agreement out = table.conclude();
-  out.far_from = options.far_from;
-  return out;
+
+  void look_at_map(const std::vector<StoredScans>& map) {
+    const std::vector<SurfacePlace> known = surfaces_of(map);
+    const std::size_t every = (scans_.size() + kMostScans - 1) / kMostScans;
+    for (std::size_t i = 0; i < scans_.size(); i += every) {
+      table_->begin_known_place(scans_[i].time);
+      for (const SurfacePlace& place : known) {
+        if (shows_front(place, scans_[i])) look(place, scans_[i], LookTime::kLate, *table_);
+      }
+    }
+  }
+
+  Agreement conclude() {
+    if (!table_) return {};
+    Agreement out = table_->conclude();
+    out.far_from = options_.far_from;
+    return out;
+  }
+
+ private:
+  std::vector<PlacedScan> scans_;
+  AgreementOptions options_;
+  std::optional<LookTable> table_;
+};
+
+}  // namespace
+
+Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& options) {
+  LookedAt looked(std::move(scans), options);
+  looked.look_at_own_places(true);
+  return looked.conclude();
+}
+
+Agreement agreement_with_map(std::vector<PlacedScan> scans, const std::vector<StoredScans>& map,
+                             const AgreementOptions& options) {
+  LookedAt looked(std::move(scans), options);
+  looked.look_at_own_places(false);
+  looked.look_at_map(map);
+  return looked.conclude();
 }
 
 }  // namespace hybrid

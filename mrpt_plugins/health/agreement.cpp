@@ -17,9 +17,9 @@ constexpr const char* kName = "agreement over time";
 /// that stood still for seconds move.
 constexpr double kDoubtful = 0.97, kBad = 0.9;
 
-HealthEntry empty_entry() {
+HealthEntry empty_entry(const char* name) {
   HealthEntry entry;
-  entry.name = kName;
+  entry.name = name;
   entry.value = std::numeric_limits<double>::quiet_NaN();
   entry.least = kDoubtful;
   entry.most = std::numeric_limits<double>::infinity();
@@ -35,21 +35,26 @@ double begin_of_worst(const Agreement& found) {
       ->time;
 }
 
-HealthEntry entry_of(const std::string& what, const Agreement& found) {
-  HealthEntry entry = empty_entry();
+HealthEntry judged_agreement(const char* name, const Agreement& found) {
+  HealthEntry entry = empty_entry(name);
   entry.value = found.ratio;
   entry.least = std::max(0.0, kDoubtful - found.sigma);
   const double at_best = found.ratio + found.sigma;
   entry.verdict = HealthVerdict::kGood;
   if (at_best < kDoubtful) entry.verdict = HealthVerdict::kDoubtful;
   if (at_best < kBad) entry.verdict = HealthVerdict::kBad;
+  for (const Agreement::Stretch& stretch : found.stretches) {
+    entry.over_time.push_back({stretch.time, stretch.ratio, double(stretch.looks)});
+  }
+  return entry;
+}
+
+HealthEntry entry_of(const std::string& what, const Agreement& found) {
+  HealthEntry entry = judged_agreement(kName, found);
   entry.sentence = fmt::format(
       "{} found {:.0f} % of what had been measured {:.0f} s or more apart at the places in view, "
       "and {:.0f} % of what had been measured seconds apart: {:.2f} +- {:.2f} of it.",
       what, 100 * found.late, found.far_from, 100 * found.soon, found.ratio, found.sigma);
-  for (const Agreement::Stretch& stretch : found.stretches) {
-    entry.over_time.push_back({stretch.time, stretch.ratio, double(stretch.looks)});
-  }
   if (entry.verdict != HealthVerdict::kGood) {
     entry.knob = fmt::format(
         "the path, which is the least right {:.0f} s after its first such stretch began; other "
@@ -61,6 +66,21 @@ HealthEntry entry_of(const std::string& what, const Agreement& found) {
 
 }  // namespace
 
+std::optional<HealthEntry> map_agreement_health(const Agreement& with_map) {
+  if (!std::isfinite(with_map.sigma) || with_map.looks == 0) return std::nullopt;
+  HealthEntry entry = judged_agreement("agreement with the map", with_map);
+  entry.sentence = fmt::format(
+      "Scans found {:.0f} % of the surfaces of the map that were in view, and {:.0f} % of what had "
+      "been measured seconds apart: {:.2f} +- {:.2f} of it.",
+      100 * with_map.late, 100 * with_map.soon, with_map.ratio, with_map.sigma);
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob =
+        "what was moved or built since the map was made, and errors of the map; the "
+        "place where the robot was found ([map] start)";
+  }
+  return entry;
+}
+
 Health agreement_health(const Agreement& detections, const Agreement& scans) {
   Health health;
   if (std::isfinite(detections.sigma) && detections.looks > 0) {
@@ -68,7 +88,7 @@ Health agreement_health(const Agreement& detections, const Agreement& scans) {
   }
   if (std::isfinite(scans.sigma) && scans.looks > 0) health.push_back(entry_of("Scans", scans));
   if (!health.empty()) return health;
-  HealthEntry entry = empty_entry();
+  HealthEntry entry = empty_entry(kName);
   entry.sentence = "Too little was in view again much later to tell whether the path is right.";
   return {entry};
 }

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <optional>
+
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/health/health.h"
 
@@ -12,7 +14,11 @@ namespace HYBRID_API hybrid {
 /// scans; one that is not judged where neither was seen again.
 Health agreement_health(const Agreement& detections, const Agreement& scans);
 
-/// The worst verdict of these entries among all of a run; bad where it was not judged.
+/// Whether scans show the surfaces of the map that a session is in; nothing where none was in view.
+std::optional<HealthEntry> map_agreement_health(const Agreement& with_map);
+
+/// The worst verdict of the entries of agreement over time among all of a run; bad where it was not
+/// judged.
 HealthVerdict agreement_of(const Health& health);
 
 }  // namespace hybrid

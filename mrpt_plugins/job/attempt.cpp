@@ -9,6 +9,7 @@
 
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/health/agreement.h"
@@ -220,6 +221,15 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   return made;
 }
 
+/// Of what was measured, over time and with the map.
+Health agreements(std::vector<PlacedDetections> detections, const std::vector<PlacedScan>& scans,
+                  const Agreement& with_map) {
+  Health out =
+      agreement_health(agreement_of_detections(std::move(detections)), agreement_of_scans(scans));
+  if (auto entry = map_agreement_health(with_map)) out.push_back(std::move(*entry));
+  return out;
+}
+
 /// One attempt; where `doubt` has become the reason why the robots are not in the map file, nothing
 /// was made, and it is to be made again with that.
 Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
@@ -247,22 +257,22 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   } catch (const TooMuchWork&) {
     return {request, {}, {}, false, false, false, session.mapper().work()};
   }
-  if (const std::string found = session.doubt(); !found.empty()) {
+  MapResult result = session.result();
+  const Mapper& mapper = session.mapper();
+  scans.finish(result);
+  const std::vector<PlacedScan> placed = scans.placed(mapper, result.trajectory);
+  const Agreement with_map = agreement_with_map(placed, stored_scans(session.known()));
+  if (const std::string found = session.doubt(with_map, !placed.empty()); !found.empty()) {
     session.give_up_place(found);
     if (may_repeat(request, settings)) {
       doubt = found;
       return {};
     }
   }
-
-  MapResult result = session.result();
-  const Mapper& mapper = session.mapper();
-  scans.finish(result, session.known());
+  scans.draw(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
-  Attempt made =
-      judged(request, settings, session, result, out, conditions,
-             agreement_health(agreement_of_detections(detections.placed(mapper, result.trajectory)),
-                              agreement_of_scans(scans.placed(mapper, result.trajectory))));
+  Attempt made = judged(request, settings, session, result, out, conditions,
+                        agreements(detections.placed(mapper, result.trajectory), placed, with_map));
   Summary& summary = made.outcome.summary;
   if (!made.is_written) return made;
   tell_findings(settings, summary);

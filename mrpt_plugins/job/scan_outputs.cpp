@@ -77,7 +77,7 @@ void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
   archive_->add(number, keyframe);
 }
 
-void ScanOutputs::finish(MapResult& result, const MapRecord& known) {
+void ScanOutputs::finish(MapResult& result) {
   for (const auto& plugin : plugins_) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     if (follower == nullptr) continue;
@@ -86,8 +86,11 @@ void ScanOutputs::finish(MapResult& result, const MapRecord& known) {
       result.scan_closures.push_back(closure);
     }
   }
+  if (archive_) drawn_ = drawn_keyframes(*archive_, result.trajectory);
+}
+
+void ScanOutputs::draw(MapResult& result, const MapRecord& known) const {
   if (!archive_) return;
-  drawn_ = drawn_keyframes(*archive_, result.trajectory);
   GridMap grid = draw_grid(stored_views(known), drawn_, result.trajectory);
   if (!grid.empty()) result.grid = std::make_shared<const GridMap>(std::move(grid));
 }

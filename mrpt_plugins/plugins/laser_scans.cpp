@@ -323,8 +323,12 @@ std::map<std::string, double> LaserScans::statistics() const {
   for (const auto& [number, robot] : robots_) {
     const ScanTracker& tracker = robot.mapper.tracker();
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
-      const bool is_stored = robot.mapper.closures()[k].is_stored;
-      ++(is_stored ? places : closures);
+      const ScanClosure& closure = robot.mapper.closures()[k];
+      const bool is_stored = closure.is_stored;
+      if (is_stored)
+        places += 1.0 / static_cast<double>(closure.modes);  // one is right at most
+      else
+        ++closures;
       if (is_accepted(robot, k)) ++(is_stored ? places_accepted : accepted);
     }
     maps += double(tracker.local_maps().size());
@@ -340,7 +344,7 @@ std::map<std::string, double> LaserScans::statistics() const {
     }
   }
   return {{"local_maps", maps},
-          {"known_places", places},
+          {"known_places", std::round(places)},
           {"known_places_accepted", places_accepted},
           {"scan_closures", closures},
           {"scan_closures_accepted", accepted},

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "mrpt_plugins/bridge/about_file.h"
@@ -15,9 +14,9 @@
 namespace hybrid {
 namespace {
 
-/// A robot that is in a map agrees with most known places that its scans fit; fewer tell nothing.
-constexpr double kMostPlaces = 2.0 / 3.0;
-constexpr double kFewPlaces = 10;
+/// So much of a map that is in view is shown in the right place at least, to what is seen again
+/// within seconds.
+constexpr double kLeastShown = 0.75;
 
 /// Throws Error where new landmarks, which are numbered, would be among those with ids of logs.
 void refuse_numbers(const ReplaySettings& settings, const MapRecord& map) {
@@ -79,16 +78,14 @@ void MapPlace::pause(const Mapper& mapper) {
   if (writes()) run_->pause(mapper);
 }
 
-std::string MapPlace::doubt(const Mapper& mapper) const {
+std::string MapPlace::doubt(const Agreement& with_map, bool has_scans) const {
   if (!run_ || lost_ || run_->map().local_maps.empty()) return "";
-  const std::map<std::string, double> figures = mapper.statistics();
-  const auto all = figures.find("known_places"), right = figures.find("known_places_accepted");
-  if (all == figures.end() || right == figures.end()) return "";
-  const bool is_alone = all->second == 0 && is_given_ && run_->map().landmarks.empty();
-  if (is_alone) return "none of its laser scans fits the map from the start that is given";
-  if (all->second < kFewPlaces || right->second >= kMostPlaces * all->second) return "";
-  return fmt::format("of {:.0f} places where laser scans fit the map, {:.0f} contradict the path",
-                     all->second, all->second - right->second);
+  if (with_map.looks == 0 && has_scans && is_given_ && run_->map().landmarks.empty()) {
+    return "none of its surfaces is in view of laser scans from the start that is given";
+  }
+  if (with_map.looks == 0 || with_map.ratio + with_map.sigma > kLeastShown) return "";
+  return fmt::format("laser scans find {:.0f} % of its surfaces that are in view",
+                     100 * with_map.late);
 }
 
 void MapPlace::give_up(const std::string& doubt) {

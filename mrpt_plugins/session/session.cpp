@@ -82,8 +82,8 @@ const MapRecord& Session::known() const {
   return team_.is_in_map() ? place_.map() : none;
 }
 
-std::string Session::doubt() const {
-  return signal_ == 0 && team_.is_in_map() ? place_.doubt(*mapper_) : "";
+std::string Session::doubt(const Agreement& with_map, bool has_scans) const {
+  return signal_ == 0 && team_.is_in_map() ? place_.doubt(with_map, has_scans) : "";
 }
 
 MapResult Session::result() const {

@@ -26,6 +26,9 @@ class LookTable {
 
   /// The looks at one place that was measured at a time follow.
   void begin_place(double time);
+  /// The looks at one place that stands still and was measured much earlier follow; they are those
+  /// of a time.
+  void begin_known_place(double time);
   /// A look from a range, turned by an angle against the measurement's direction of view.
   void add(LookTime when, double range, double turn, bool found);
 
@@ -57,6 +60,7 @@ class LookTable {
   Counts all_{};
   std::map<long, Counts> stretches_;
   Counts* stretch_ = nullptr;
+  bool is_known_ = false;    // the present place stands still
   std::vector<Look> looks_;  // of the present place
   std::size_t places_ = 0, seen_late_ = 0;
 };

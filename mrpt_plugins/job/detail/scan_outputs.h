@@ -30,9 +30,11 @@ class ScanOutputs {
   /// them, else odometry.
   void added(const StepRecord& step, const Keyframe& keyframe);
 
-  /// Adds the closures by scans to the result, and draws the grid of all of it, with what is in the
-  /// `known` map that the robots are in. Call it once, before the following.
-  void finish(MapResult& result, const MapRecord& known);
+  /// Adds the closures by scans to the result. Call it once, before the following.
+  void finish(MapResult& result);
+
+  /// Draws the grid of the scans with what is in the `known` map that the robots are in.
+  void draw(MapResult& result, const MapRecord& known) const;
 
   /// The scans that the grid is drawn of.
   const std::vector<KeyframeScans>& drawn() const { return drawn_; }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 
+#include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/session/detail/map_run.h"
@@ -34,9 +35,9 @@ class MapPlace {
   void added(const Mapper& mapper);
   /// The replay stops before the end of the log.
   void pause(const Mapper& mapper);
-  /// At the end of the log: why robots that were taken to be in the map are not, or "". Known
-  /// places are most of those that scans of a robot in the map fit.
-  std::string doubt(const Mapper& mapper) const;
+  /// At the end of the log: why robots that were taken to be in the map are not, or "", by how
+  /// their scans agree with it, if there were any.
+  std::string doubt(const Agreement& with_map, bool has_scans) const;
   /// Takes back what was written of the session for this reason.
   void give_up(const std::string& doubt);
   /// What summary and landmarks have to say of it.

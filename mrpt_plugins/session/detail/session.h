@@ -38,7 +38,7 @@ class Session {
   /// Feeds the logs to the mapper, until the program is asked to stop, and solves to convergence.
   void map(const Watch& watch);
   /// Why the robots, once mapped, are not where they were taken to be in the map file, or "".
-  std::string doubt() const;
+  std::string doubt(const Agreement& with_map, bool has_scans) const;
   /// Nothing of the session enters the map file, for this reason.
   void give_up_place(const std::string& doubt) { place_.give_up(doubt); }
   /// The estimate, with the title of the settings.

@@ -142,7 +142,7 @@ TEST(AgreementOverTime, OfAShortLogIsOverHalfOfIt) {
     EXPECT_NEAR(found.far_from, 0.65 * (1.75 * kLap - 1) / 2, 1e-6);
     EXPECT_GT(found.looks, 100U);
     EXPECT_EQ(found.ratio + found.sigma > 0.97, error == 0) << found.ratio;
-    EXPECT_EQ(found.ratio + found.sigma < 0.9, error > 0) << found.ratio;
+    EXPECT_EQ(found.ratio + found.sigma<0.9, error> 0) << found.ratio;
   }
   EXPECT_EQ(agreement_of_detections(detections(30, none)).far_from, 20);
   EXPECT_EQ(agreement_of_detections(detections(2 * kLap, none)).far_from, 60);
@@ -224,6 +224,59 @@ TEST(AgreementOverTime, OfScansIsOneForTheRightPathAndFallsWithItsError) {
   EXPECT_LT(off.ratio, 0.9);
   EXPECT_LT(of_scans(scans, in_second_lap(2)).ratio, 0.9);
   EXPECT_EQ(of_scans(room_scans(30), none).looks, 0U);
+}
+
+/// The walls of the same room, seen from inside, but for some of the block, with a point every
+/// 10 cm; moved by a motion.
+std::vector<StoredScans> room_map(const SE2& moved_by, double block_from = -4) {
+  StoredScans out;
+  out.T_map_anchor = moved_by;
+  for (const double half : {12.0, 4.0}) {
+    for (double along = -half; along <= half; along += 0.1) {
+      if (half < 5 && along < block_from) continue;
+      for (const double side : {-1.0, 1.0}) {
+        const double towards = half > 5 ? -side : side;  // the robot is between room and block
+        SurfacePoint x, y;
+        x.position = {side * half, along};
+        x.normal = {towards, 0};
+        y.position = {along, side * half};
+        y.normal = {0, towards};
+        out.points.push_back(x);
+        out.points.push_back(y);
+      }
+    }
+  }
+  return {out};
+}
+
+Agreement with_map(const std::vector<LaserScan>& scans, const std::vector<StoredScans>& map) {
+  std::vector<PlacedScan> placed;
+  for (const LaserScan& scan : scans) {
+    placed.push_back({scan.time, 0, true_pose(scan.time), false, &scan});
+  }
+  return agreement_with_map(placed, map);
+}
+
+TEST(AgreementWithMap, IsOneInTheRightPlaceAndLessInAWrongOne) {
+  const std::vector<LaserScan> scans = room_scans(kLap);
+  const Agreement right = with_map(scans, room_map(SE2()));
+  EXPECT_GT(right.looks, 1000U);
+  EXPECT_NEAR(right.ratio, 1, 0.03);
+  EXPECT_LT(with_map(scans, room_map(SE2(0.5, 0.3, 0))).ratio, 0.75);
+  EXPECT_LT(with_map(scans, room_map(SE2(0, 0, 0.1))).ratio, 0.75);
+}
+
+TEST(AgreementWithMap, WhatTheMapLacksIsNoErrorOfThePlace) {
+  const std::vector<LaserScan> scans = room_scans(kLap);
+  EXPECT_NEAR(with_map(scans, room_map(SE2(), 0)).ratio, 1, 0.03);
+}
+
+TEST(AgreementWithMap, WithoutSurfacesInViewIsNotJudged) {
+  const std::vector<LaserScan> scans = room_scans(kLap);
+  EXPECT_EQ(with_map(scans, {}).looks, 0U);
+  EXPECT_EQ(with_map(scans, {StoredScans()}).looks, 0U);
+  EXPECT_EQ(with_map(scans, room_map(SE2(100, 0, 0))).looks, 0U);
+  EXPECT_EQ(with_map({}, room_map(SE2())).looks, 0U);
 }
 
 TEST(AgreementOverTime, OfScansTakesRaysOfBothSenses) {

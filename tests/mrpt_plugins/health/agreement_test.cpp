@@ -66,6 +66,18 @@ TEST(AgreementHealth, IsNotJudgedWhereNothingIsSeenAgain) {
   }
 }
 
+TEST(MapAgreementHealth, HasTheLimitsOfAgreementOverTime) {
+  for (const double ratio : {0.98, 0.95, 0.8}) {
+    const Agreement found = agreement(ratio, 0.01);
+    const HealthEntry entry = map_agreement_health(found).value();
+    EXPECT_EQ(entry.name, "agreement with the map");
+    EXPECT_EQ(entry.verdict, agreement_health({}, found).front().verdict);
+    EXPECT_EQ(entry.over_time.size(), 3U);
+  }
+  EXPECT_FALSE(map_agreement_health({}));
+  EXPECT_FALSE(map_agreement_health(agreement(0.7, std::numeric_limits<double>::infinity())));
+}
+
 TEST(AgreementHealth, WhereItIsGoodAScaleThatNoWheelHasIsOnlyDoubtful) {
   const HybridGraph graph;
   const Estimate estimate;
