@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/chi_square.h"
+
 namespace hybrid {
 namespace {
 
@@ -26,6 +28,8 @@ constexpr double kIndependent = 0.5;
 /// [rad].
 constexpr double kStart = 0.1;
 constexpr double kStartTurn = 0.02;
+/// Probability with which a known start allows the true one.
+constexpr double kSureOfStart = 0.9999;
 /// Searches become rarer with the way, by this share of it.
 constexpr double kLater = 0.05;
 /// Points of a stretch that a search uses.
@@ -75,6 +79,16 @@ bool is_apart(const std::vector<Eigen::Vector2d>& others, const Eigen::Vector2d&
               double least) {
   return std::none_of(others.begin(), others.end(),
                       [&](const Eigen::Vector2d& p) { return (p - point).norm() < least; });
+}
+
+/// Whether what is known of the start allows a place of the frame of the drive.
+bool is_allowed(const std::optional<UncertainMotion>& start, const SE2& T_map_drive) {
+  if (!start) return true;
+  const SE2 off = start->motion.between(T_map_drive);
+  const Eigen::Vector3d e(off.x(), off.y(), off.angle());
+  Eigen::Matrix3d covariance = start->covariance;
+  covariance.diagonal() += Eigen::Vector3d(kStart, kStart, kStartTurn).cwiseAbs2();
+  return e.dot(covariance.inverse() * e) < chi_square_quantile(kSureOfStart, 3);
 }
 
 /// A match at a pose in the map with the uncertainty of the stored scans there.
@@ -138,7 +152,8 @@ void FollowedPlaces::look(PlaceTiles& tiles, const std::vector<SurfacePoint>& po
     const bool known = std::any_of(places_.begin(), places_.end(), [&](const ScanPlace& p) {
       return is_one_place(p.T_map_drive.motion * stretch, here);
     });
-    const auto found = known ? std::nullopt : tiles.align_at(points, here);
+    const bool allowed = is_allowed(options_.start, here * stretch.inverse());
+    const auto found = known || !allowed ? std::nullopt : tiles.align_at(points, here);
     if (found) count(tiles, *found, points, stretch, places_.emplace_back());
   }
   forget_weak();
@@ -172,7 +187,7 @@ const ScanPlace* ScanPlaceSearch::look(const std::vector<SurfacePoint>& points,
   const std::vector<SurfacePoint> query = within(PlaceTiles::kView, points);
   if (query.empty() || tiles_.stored().empty()) return nullptr;
   drive_.look(tiles_, query, stretch);
-  mirrored_.look(tiles_, mirror_image(query), mirror_image(stretch));
+  if (!options_.start) mirrored_.look(tiles_, mirror_image(query), mirror_image(stretch));
   for (const ScanPlace& place : mirrored_.places()) by_chance_ = std::max(by_chance_, place.fit);
   return stands_out() ? &places().front() : nullptr;
 }
@@ -184,8 +199,8 @@ double ScanPlaceSearch::log_odds() const {
 }
 
 bool ScanPlaceSearch::stands_out() const {
-  return !places().empty() &&
-         static_cast<int>(places().front().seen_from.size()) >= options_.votes &&
+  const int votes = options_.start ? 1 : options_.votes;
+  return !places().empty() && static_cast<int>(places().front().seen_from.size()) >= votes &&
          log_odds() > std::log(options_.odds);
 }
 

@@ -22,6 +22,10 @@ struct ScanPlaceOptions {
   /// like another.
   int votes = 2;
   double odds = 1e4;  ///< of a place to chance, and to every other place
+  /// Where the first pose of the drive is in the map, if that is roughly known. Then the drive is
+  /// in the map: only places that agree with it are followed, one stretch is enough, and the odds
+  /// are to the other ones of these.
+  std::optional<UncertainMotion> start = std::nullopt;
 };
 
 /// A place of the frame of a drive, with what speaks for it.

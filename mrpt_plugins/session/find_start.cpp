@@ -15,68 +15,122 @@
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/session/detail/localizer.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
+#include "mrpt_plugins/session/detail/scan_places.h"
 
 namespace hybrid {
 namespace {
+
+/// Way after which scans that have not told which of the places near a given start is right are
+/// not waited for any longer [m].
+constexpr double kFirstWay = 30.0;
 
 /// Finds the place of a mapper by its laser scans.
 class ScanLocalizer {
  public:
   ScanLocalizer(const MapRecord& map, const std::vector<std::shared_ptr<MappingPlugin>>& plugins,
-                double odds) {
-    if (map.local_maps.empty() || map.is_3d) return;
+                const ScanPlaceOptions& options) {
+    if (!has_planar_scans(map)) return;
     for (const auto& plugin : plugins) {
       if (const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get())) {
         follower_ = follower;
-        ScanPlaceOptions options;
-        options.odds = odds;
         search_.emplace(stored_scans(map), options);
       }
     }
   }
 
   std::optional<KnownStart> look() {
-    const ScanMapper* own = follower_ == nullptr ? nullptr : follower_->scan_mapper(0);
+    const ScanMapper* own = mapper();
     const auto found = own == nullptr ? std::nullopt : search_->look(*own);
     if (!found) return std::nullopt;
     return KnownStart{to_isometry(found->motion), found->covariance};
   }
 
+  /// That scans have followed [m].
+  double way() const {
+    const ScanMapper* own = mapper();
+    if (own == nullptr || own->tracker().keyframes().empty()) return 0.0;
+    return own->tracker().keyframes().back().travelled;
+  }
+
  private:
+  const ScanMapper* mapper() const {
+    return follower_ == nullptr ? nullptr : follower_->scan_mapper(0);
+  }
+
   const ScanFollower* follower_ = nullptr;
   std::optional<ScanPlaceSearch> search_;
+};
+
+/// The log of one robot, mapped in a frame of its own.
+class OwnMap {
+ public:
+  OwnMap(const ReplayRequest& request, std::size_t robot, const MapRecord& map)
+      : ini_(open_config(request)), settings_(read_settings(*ini_, request)) {
+    settings_.robots = {std::move(settings_.robots[robot])};
+    source_.emplace(open_logs(settings_));
+    plugins_ = settings_.plugins;
+    mapper_.emplace(make_mapper(settings_, source_->is_3d()));
+    KnownMap kinds;  // without landmarks: these are not in the frame of the robot yet
+    kinds.identified = map.identified;
+    kinds.class_names = map.class_names;
+    about(std::vector<std::string>{settings_.map.file}, [&] {
+      mapper_->adopt(kinds);
+      return 0;
+    });
+  }
+
+  /// Adds the next keyframe; false at the end of the log, or if the program is asked to stop.
+  bool add_next() {
+    return about({settings_.robots.front().rawlog}, [&] {
+      const auto keyframe = source_->next();
+      if (!keyframe || interrupted() != 0) return false;
+      mapper_->add(*keyframe);
+      return true;
+    });
+  }
+
+  const Mapper& mapper() const { return *mapper_; }
+  const std::vector<std::shared_ptr<MappingPlugin>>& plugins() const { return plugins_; }
+
+ private:
+  std::unique_ptr<IniFile> ini_;
+  ReplaySettings settings_;
+  std::optional<LogMerge> source_;
+  std::vector<std::shared_ptr<MappingPlugin>> plugins_;
+  std::optional<Mapper> mapper_;
 };
 
 }  // namespace
 
 std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
                                      const MapRecord& map, double odds) {
-  const auto ini = open_config(request);
-  ReplaySettings settings = read_settings(*ini, request);
-  settings.robots = {std::move(settings.robots[robot])};
-  LogMerge source = open_logs(settings);
-  const std::vector<std::shared_ptr<MappingPlugin>> plugins = settings.plugins;
-  Mapper mapper = make_mapper(settings, source.is_3d());
-  KnownMap kinds;  // without landmarks: these are not in the frame of the robot yet
-  kinds.identified = map.identified;
-  kinds.class_names = map.class_names;
-  about(std::vector<std::string>{settings.map.file}, [&] {
-    mapper.adopt(kinds);
-    return 0;
-  });
+  OwnMap own(request, robot, map);
   std::optional<Localizer> localizer;
   if (!map.landmarks.empty()) localizer.emplace(map, odds);
-  ScanLocalizer scans(map, plugins, odds);
-  return about({settings.robots.front().rawlog}, [&]() -> std::optional<FoundStart> {
-    for (std::size_t i = 0; const auto keyframe = source.next(); ++i) {
-      if (interrupted() != 0) break;
-      mapper.add(*keyframe);
-      const auto start = localizer ? localizer->look(mapper) : std::nullopt;
-      if (start) return FoundStart{*start, i, false};
-      if (const auto by_scans = scans.look()) return FoundStart{*by_scans, i, true};
-    }
-    return std::nullopt;
-  });
+  ScanPlaceOptions options;
+  options.odds = odds;
+  ScanLocalizer scans(map, own.plugins(), options);
+  for (std::size_t i = 0; own.add_next(); ++i) {
+    const auto start = localizer ? localizer->look(own.mapper()) : std::nullopt;
+    if (start) return FoundStart{*start, i, false};
+    if (const auto by_scans = scans.look()) return FoundStart{*by_scans, i, true};
+  }
+  return std::nullopt;
+}
+
+std::optional<KnownStart> refine_start(const ReplayRequest& request, std::size_t robot,
+                                       const MapRecord& map, double odds, const KnownStart& start) {
+  if (!has_planar_scans(map)) return std::nullopt;
+  OwnMap own(request, robot, map);
+  ScanPlaceOptions options;
+  options.odds = odds;
+  options.start = {to_se2(start.T_map_robot), planar_covariance(start.covariance)};
+  ScanLocalizer scans(map, own.plugins(), options);
+  while (own.add_next()) {
+    if (const auto found = scans.look()) return found;
+    if (scans.way() > kFirstWay) break;
+  }
+  return std::nullopt;
 }
 
 }  // namespace hybrid

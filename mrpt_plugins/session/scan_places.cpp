@@ -20,6 +20,12 @@ namespace {
 constexpr double kUnknownPlace = 0.1;
 constexpr double kUnknownTurn = 0.02;
 
+}  // namespace
+
+bool has_planar_scans(const MapRecord& map) {
+  return !map.local_maps.empty() && !map.is_3d;
+}
+
 Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
   if (covariance.rows() == 3) return covariance;
   if (covariance.rows() == 6) return planar_part(covariance);
@@ -29,11 +35,9 @@ Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
       .toDenseMatrix();
 }
 
-}  // namespace
-
 void adopt_scans(const Plugins& plugins, const MapRecord& map,
                  const std::vector<RobotSettings>& robots) {
-  if (map.local_maps.empty() || map.is_3d) return;
+  if (!has_planar_scans(map)) return;
   const std::vector<StoredScans> stored = stored_scans(map);
   for (const auto& plugin : plugins) {
     auto* follower = dynamic_cast<ScanFollower*>(plugin.get());

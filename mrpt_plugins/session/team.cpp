@@ -29,6 +29,13 @@ std::optional<FoundStart> find_in_map(const ReplayRequest& request, const Replay
   return find_start(request, robot, known, map.odds);
 }
 
+/// A start that is given, as laser scans in the map say where it is.
+KnownStart refined(const ReplayRequest& request, const ReplaySettings& settings, std::size_t robot,
+                   const MapRecord& known, const KnownStart& given) {
+  if (is_standard_input(settings.robots[robot].rawlog)) return given;
+  return refine_start(request, robot, known, settings.map.odds, given).value_or(given);
+}
+
 }  // namespace
 
 Team::Team(const ReplayRequest& request, ReplaySettings& settings, const MapRecord& known,
@@ -48,7 +55,7 @@ Team::Team(const ReplayRequest& request, ReplaySettings& settings, const MapReco
   for (std::size_t i = 0; i < robots.size(); ++i) {
     if (const auto given = given_start(robots[i].start, is_3d)) {
       members_[i].given = true;
-      enter(i, {*given, 0});
+      enter(i, {refined(chosen, settings, i, known, *given), 0});
     } else if (const auto found =
                    has_map ? find_in_map(chosen, settings, i, known) : std::nullopt) {
       enter(i, *found);

@@ -79,6 +79,17 @@ TEST_F(ScanMapFileTest, LocalizesFromAGivenStartAndLeavesTheMap) {
   EXPECT_TRUE(read("a.hmap") == before);
 }
 
+TEST_F(ScanMapFileTest, ARoughStartIsMadeExactByScans) {
+  for (const double off : {-0.8, 0.8}) {
+    SCOPED_TRACE(off);
+    std::ostringstream start;
+    start << "--set \"map.start=" << start_.x() + off << " " << start_.y() + off << " "
+          << start_.angle() * 180 / M_PI + 8 * off << "\"";
+    replayed("--map-mode localize " + start.str());
+    EXPECT_LT(error(), 0.3);
+  }
+}
+
 TEST_F(ScanMapFileTest, FindsItsStartByScans) {
   const Json summary = replayed("--map-mode localize");
   EXPECT_TRUE(summary.at("localized_at").is_number()) << summary.at("message");

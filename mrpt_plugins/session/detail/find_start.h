@@ -25,4 +25,9 @@ struct FoundStart {
 std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
                                      const MapRecord& map, double odds);
 
+/// The same where the start is roughly known: what laser scans of the first metres say of it, among
+/// all places that it allows; nothing where none of these stands out.
+std::optional<KnownStart> refine_start(const ReplayRequest& request, std::size_t robot,
+                                       const MapRecord& map, double odds, const KnownStart& start);
+
 }  // namespace hybrid

@@ -14,6 +14,12 @@ namespace hybrid {
 
 using Plugins = std::vector<std::shared_ptr<MappingPlugin>>;
 
+/// Whether a map has scans that robots in the plane can be located by.
+bool has_planar_scans(const MapRecord& map);
+
+/// The covariance of a pose in the plane; a default where it is not known.
+Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance);
+
 /// Before the first keyframe: gives the plugins that follow scans those of a map that all robots
 /// are in. Nothing where it has none, or is in space.
 void adopt_scans(const Plugins& plugins, const MapRecord& map,
