@@ -194,7 +194,7 @@ TEST(ScanPlaceSearch, TwoEqualRoomsAreNotToldApart) {
   for (const StoredScans& scans : stored(first, SE2(50, 0, 0))) both.push_back(scans);
   ScanPlaceSearch two(both, options);
   EXPECT_FALSE(found_on(room, way, two, 2));
-  const auto covariance = Eigen::Vector3d(1, 1, 0.17).cwiseAbs2().asDiagonal();
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(1, 1, 0.17).cwiseAbs2().asDiagonal();
   options.start = {SE2(50.8, -0.7, 0.1), covariance};
   ScanPlaceSearch second(both, options);
   const auto start = found_on(room, way, second, 2);
