@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/exit_code.h"
@@ -59,6 +60,10 @@ std::string first_words(const Summary& s) {
     text += fmt::format("{} landmarks, ", s.landmarks);
   }
   text += fmt::format("path {:.4g} m, health {}", s.path_m, to_string(worst(s.health)));
+  const bool is_open = std::any_of(s.health.begin(), s.health.end(), [](const HealthEntry& entry) {
+    return entry.verdict == HealthVerdict::kNotJudged;
+  });
+  if (is_open) text += " as far as it can be judged";
   if (!s.localized_at) return text;
   return text + fmt::format(", localised at keyframe {}", *s.localized_at);
 }

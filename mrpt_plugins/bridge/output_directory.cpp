@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <deque>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -27,6 +28,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSummary = "summary.json";
+
+std::string text_of(const nlohmann::ordered_json& summary) {
+  return summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+}
 
 fs::path checked(const fs::path& folder) {
   if (folder.empty()) throw Error("the output folder has an empty name");
@@ -120,7 +125,7 @@ std::vector<std::string> OutputDirectory::publish(nlohmann::ordered_json summary
     if (is_own(name)) continue;
     summary["files"].push_back({{"path", name}, {"sha256", sha256_of_file(group_.stage(name))}});
   }
-  write(kSummary, summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
+  write(kSummary, text_of(summary));
   summary = nullptr;
 
   const std::vector<std::string> former = former_files();
@@ -170,6 +175,20 @@ bool OutputDirectory::holds_only(const std::vector<std::string>& former,
     if (entry.is_folder && (it->rfind(name, 0) != 0 || !holds_only(former, name))) return false;
   }
   return true;
+}
+
+void amend_summary(const fs::path& folder, const std::string& key, nlohmann::ordered_json value) {
+  FileGroup group(folder / kSummary);
+  std::ifstream file(group.target(kSummary));
+  auto summary = nlohmann::ordered_json::parse(file, nullptr, false);
+  if (!summary.is_object()) {
+    throw Error(fmt::format("'{}' cannot be read", group.target(kSummary).string()));
+  }
+  summary[key] = std::move(value);
+  FileWriter out(group.stage(kSummary), group.target(kSummary));
+  out.write(text_of(summary));
+  out.close();
+  group.commit();
 }
 
 }  // namespace hybrid

@@ -58,4 +58,8 @@ class OutputDirectory {
   FileGroup group_;
 };
 
+/// Sets a key of the summary.json that a folder holds; the other files stay. Throws Error.
+void amend_summary(const std::filesystem::path& folder, const std::string& key,
+                   nlohmann::ordered_json value);
+
 }  // namespace hybrid

@@ -93,6 +93,14 @@ Health agreement_health(const Agreement& detections, const Agreement& scans) {
   return {entry};
 }
 
+std::vector<double> agreement_values(const Health& health) {
+  std::vector<double> out;
+  for (const HealthEntry& entry : health) {
+    if (entry.name == kName) out.push_back(entry.value);
+  }
+  return out;
+}
+
 HealthVerdict agreement_of(const Health& health) {
   HealthVerdict out = HealthVerdict::kGood;
   for (const HealthEntry& entry : health) {

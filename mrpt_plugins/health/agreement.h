@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/health/health.h"
@@ -16,6 +17,9 @@ Health agreement_health(const Agreement& detections, const Agreement& scans);
 
 /// Whether scans show the surfaces of the map that a session is in; nothing where none was in view.
 std::optional<HealthEntry> map_agreement_health(const Agreement& with_map);
+
+/// The values of the entries of agreement over time among all of a run.
+std::vector<double> agreement_values(const Health& health);
 
 /// The worst verdict of the entries of agreement over time among all of a run; bad where it was not
 /// judged.

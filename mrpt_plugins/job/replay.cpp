@@ -7,11 +7,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/job/detail/attempt.h"
 #include "mrpt_plugins/session/remedies.h"
@@ -23,23 +26,52 @@ constexpr int kMostMeasurements = 4;  // of the noise, each with a map
 /// All further maps together may take so many times the work of the first: a budget.
 constexpr double kMostWork = 10;
 
-/// Makes further maps of the logs, within the budget.
+/// Makes further maps of the logs after a first one, within the budget.
 class Attempts {
  public:
-  Attempts(const Watchers& watchers, std::chrono::steady_clock::time_point start, double work)
-      : watchers_(watchers), start_(start), left_(kMostWork * work) {}
+  Attempts(const Watchers& watchers, std::chrono::steady_clock::time_point start,
+           const Attempt& first)
+      : watchers_(watchers),
+        start_(start),
+        settings_(first.request.settings),
+        first_work_(first.work),
+        left_(kMostWork * first.work) {
+    add(first);
+  }
 
   Attempt make(const ReplayRequest& request, Conditions conditions) {
     conditions.most_work = left_;
     Attempt made = attempt(request, watchers_, start_, conditions);
     left_ -= made.work;
+    add(made);
     return made;
   }
 
+  /// All maps, the first one too.
+  const std::vector<DrawSummary>& draws() const { return draws_; }
+
  private:
+  void add(const Attempt& made) {
+    DrawSummary draw;
+    for (const std::string& setting : made.request.settings) {
+      const bool is_given =
+          std::find(settings_.begin(), settings_.end(), setting) != settings_.end();
+      if (!is_given) draw.settings.push_back(setting);
+    }
+    const Health& health = made.outcome.summary.health;
+    draw.agreement = agreement_values(health);
+    if (!health.empty()) draw.health = worst(health);
+    draw.work = first_work_ > 0 ? made.work / first_work_ : 1.0;
+    draw.is_taken = made.is_written;
+    for (DrawSummary& other : draws_) other.is_taken = other.is_taken && !draw.is_taken;
+    draws_.push_back(std::move(draw));
+  }
+
   const Watchers& watchers_;
   std::chrono::steady_clock::time_point start_;
-  double left_;
+  std::vector<std::string> settings_;
+  double first_work_, left_;
+  std::vector<DrawSummary> draws_;
 };
 
 /// Takes another map if it is one; a signal that stopped it counts in any case. Returns whether to
@@ -145,6 +177,16 @@ void map_sparsely(const ReplayRequest& request, Attempts& attempts, Attempt& tak
   }
 }
 
+/// Adds all maps that were made to the summary of the one that was taken.
+void tell_draws(const std::vector<DrawSummary>& draws, ReplayOutcome& outcome) {
+  outcome.summary.draws = draws;
+  try {
+    amend_summary(outcome.folder, "draws", to_json(draws));
+  } catch (const Error& e) {
+    outcome.summary.warnings.push_back(e.what());
+  }
+}
+
 }  // namespace
 
 ReplayOutcome replay(const ReplayRequest& request,
@@ -154,9 +196,9 @@ ReplayOutcome replay(const ReplayRequest& request,
   const Watchers watchers{progress, published};
   Attempt taken = attempt(request, watchers, start, {});
   if (!taken.may_measure) return std::move(taken.outcome);
+  Attempts attempts(watchers, start, taken);
   try {
     const Health first = taken.outcome.summary.health;
-    Attempts attempts(watchers, start, taken.work);
     map_as_measured(request, attempts, taken);
     if (taken.outcome.signal == 0) map_coarsely(request, first, attempts, taken);
     if (taken.outcome.signal == 0) map_sparsely(request, attempts, taken);
@@ -166,6 +208,7 @@ ReplayOutcome replay(const ReplayRequest& request,
     taken.outcome.summary.warnings.push_back(
         fmt::format("the log was not mapped again with its noise measured: {}", e.what()));
   }
+  if (attempts.draws().size() > 1) tell_draws(attempts.draws(), taken.outcome);
   return std::move(taken.outcome);
 }
 

@@ -206,6 +206,18 @@ StepStatistics plugin_statistics(const std::vector<StepRecord>& steps) {
   return statistics_of(std::move(ms));
 }
 
+Json to_json(const std::vector<DrawSummary>& draws) {
+  Json out = Json::array();
+  for (const DrawSummary& draw : draws) {
+    out.push_back({{"settings", draw.settings},
+                   {"agreement", draw.agreement},
+                   {"health", draw.health ? Json(to_string(*draw.health)) : Json()},
+                   {"work", draw.work},
+                   {"taken", draw.is_taken}});
+  }
+  return out;
+}
+
 Json summary_json(const Summary& s) {
   Json out = summary_start(s.status, s.message, s.provenance);
   out["mode"] = s.mode;
@@ -229,6 +241,7 @@ Json summary_json(const Summary& s) {
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
   out["health"] = to_json(s.health);
+  if (!s.draws.empty()) out["draws"] = to_json(s.draws);
   for (const NoiseRecord& record : s.noise) out["noise"].push_back(to_json(record));
   for (const AlignmentRecord& record : s.alignment) out["alignment"].push_back(to_json(record));
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;

@@ -59,6 +59,15 @@ struct RobotSummary {
   std::optional<std::size_t> localized_at;  ///< its keyframe, where there is a map; else unused
 };
 
+/// One of several maps that were made of the same logs.
+struct DrawSummary {
+  std::vector<std::string> settings;    ///< section.key=value, beyond those of the request
+  std::vector<double> agreement;        ///< over time, of detections and of scans; NaN: not judged
+  std::optional<HealthVerdict> health;  ///< the worst of all; none: the map was given up
+  double work = 0;                      ///< relative to that of the first
+  bool is_taken = false;
+};
+
 /// The content of a replay's summary.json.
 struct Summary {
   Provenance provenance;
@@ -80,7 +89,8 @@ struct Summary {
   std::map<std::string, double> statistics;            ///< figures of the plugins, by name
   std::map<std::string, std::size_t> dropped;          ///< reason -> number of measurements
   std::vector<std::string> warnings;
-  Health health;  ///< what the run says about itself
+  Health health;                   ///< what the run says about itself
+  std::vector<DrawSummary> draws;  ///< where several maps were made, in order
   std::vector<CalibrationEstimate> calibration;
   std::vector<NoiseRecord> noise;            ///< stated, measured and used
   std::vector<AlignmentRecord> alignment;    ///< of the sensors: sign, mounting, clock
@@ -90,6 +100,8 @@ struct Summary {
   std::optional<TruthSummary> truth;
   std::vector<RobotSummary> robots;  ///< where there are several
 };
+
+nlohmann::ordered_json to_json(const std::vector<DrawSummary>& draws);
 
 /// The summary as JSON; values that are not finite become null in its text.
 nlohmann::ordered_json summary_json(const Summary& summary);

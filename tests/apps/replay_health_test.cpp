@@ -100,6 +100,15 @@ TEST_F(ReplayHealthTest, OdometryThatIsTooSureIsMappedAgainAsTheMapTells) {
   const Json measured = summary_of(sure + " --strict", 0);
   EXPECT_EQ(bad(measured), 0U) << measured.at("health").dump(1);
   EXPECT_EQ(measured.at("configuration").at("sensor").at("noise"), "measured");
+  const Json& draws = measured.at("draws");
+  ASSERT_GT(draws.size(), 1U);
+  EXPECT_TRUE(draws[0].at("settings").empty());
+  EXPECT_EQ(draws[0].at("health"), "bad");
+  EXPECT_EQ(draws[0].at("work"), 1);
+  EXPECT_NE(draws[1].at("settings").dump().find("sensor.noise=measured"), std::string::npos);
+  int taken = 0;
+  for (const Json& draw : draws) taken += draw.at("taken").get<bool>() ? 1 : 0;
+  EXPECT_EQ(taken, 1);
   const Json right = summary_of(kHidden, 0);
   EXPECT_EQ(measured.at("landmarks"), right.at("landmarks"));
 }

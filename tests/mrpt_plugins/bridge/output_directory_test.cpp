@@ -208,5 +208,15 @@ TEST(Sha256, MatchesThePublishedExamples) {
   EXPECT_THROW(sha256_of_file(file), SystemError);
 }
 
+TEST_F(OutputDirectoryTest, ASummaryIsAmendedAndTheRestStays) {
+  publish({{"a.txt", "text"}});
+  amend_summary(out_, "draws", {1, 2});
+  EXPECT_EQ(summary().at("draws"), nlohmann::json({1, 2}));
+  EXPECT_EQ(summary().at("status"), "ok");
+  EXPECT_EQ(summary().at("files").size(), 1U);
+  EXPECT_EQ(files(), (Files{{"a.txt", "text"}}));
+  expect_error([&] { amend_summary(folder / "none", "draws", 1); }, "summary.json");
+}
+
 }  // namespace
 }  // namespace hybrid
