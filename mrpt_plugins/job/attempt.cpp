@@ -9,7 +9,6 @@
 
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
-#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/health/agreement.h"
@@ -261,7 +260,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   const Mapper& mapper = session.mapper();
   scans.finish(result);
   const std::vector<PlacedScan> placed = scans.placed(mapper, result.trajectory);
-  const Agreement with_map = agreement_with_map(placed, stored_scans(session.known()));
+  const Agreement with_map = session.agreement(placed);
   if (const std::string found = session.doubt(with_map, !placed.empty()); !found.empty()) {
     session.give_up_place(found);
     if (may_repeat(request, settings)) {

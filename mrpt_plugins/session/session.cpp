@@ -4,6 +4,7 @@
 #include "mrpt_plugins/session/detail/session.h"
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/interrupt.h"
@@ -80,6 +81,11 @@ void Session::map(const Watch& watch) {
 const MapRecord& Session::known() const {
   static const MapRecord none;
   return team_.is_in_map() ? place_.map() : none;
+}
+
+Agreement Session::agreement(const std::vector<PlacedScan>& scans) const {
+  const MapRecord& map = known();
+  return has_planar_scans(map) ? agreement_with_map(scans, stored_scans(map)) : Agreement();
 }
 
 std::string Session::doubt(const Agreement& with_map, bool has_scans) const {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/input/log_merge.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/session/detail/map_place.h"
@@ -37,6 +38,8 @@ class Session {
   using Watch = std::function<void(const StepRecord&, const Keyframe&)>;
   /// Feeds the logs to the mapper, until the program is asked to stop, and solves to convergence.
   void map(const Watch& watch);
+  /// How scans agree with those of the map that the robots are in; without looks where it has none.
+  Agreement agreement(const std::vector<PlacedScan>& scans) const;
   /// Why the robots, once mapped, are not where they were taken to be in the map file, or "".
   std::string doubt(const Agreement& with_map, bool has_scans) const;
   /// Nothing of the session enters the map file, for this reason.
