@@ -151,13 +151,13 @@ namespace {
 
 /// Scores all cells of squares at all headings, by how much more than the mean of its square each
 /// has: where things lie everywhere, all cells score much.
-template <class Tiles, class Proposal>
-void propose_poses(const Tiles& tiles, const std::vector<Eigen::Vector2d>& points,
-                   std::vector<Proposal>& out) {
+template <class Proposal, class Tiles>
+std::vector<Proposal> propose_poses(const Tiles& tiles,
+                                    const std::vector<Eigen::Vector2d>& points) {
   constexpr int kBlocks = kCells / kBlock;
   std::array<std::uint8_t, kCells * kCells> sums;
   std::vector<double> means(tiles.size(), 0.0);
-  const std::size_t begin = out.size();
+  std::vector<Proposal> out;
   std::vector<std::size_t> squares;  // of the proposals
   for (int first = 0; first < kHeadings; first += kHeadingBlock) {
     std::vector<std::vector<int>> offsets;  // by heading, of the points in the field
@@ -198,9 +198,8 @@ void propose_poses(const Tiles& tiles, const std::vector<Eigen::Vector2d>& point
       }
     }
   }
-  for (std::size_t i = 0; i < squares.size(); ++i) {
-    out[begin + i].excess = out[begin + i].score - means[squares[i]];
-  }
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].excess = out[i].score - means[squares[i]];
+  return out;
 }
 
 }  // namespace
@@ -214,8 +213,7 @@ std::vector<MatchMode> PlaceTiles::search(const std::vector<SurfacePoint>& point
   for (std::size_t i = 0; i < used; ++i) {
     chosen.push_back(points[i * points.size() / used].position);
   }
-  std::vector<Proposal> proposals;
-  propose_poses(tiles, chosen, proposals);
+  auto proposals = propose_poses<Proposal>(tiles, chosen);
   std::stable_sort(proposals.begin(), proposals.end(),
                    [](const Proposal& a, const Proposal& b) { return a.excess > b.excess; });
   const double least = options.search.min_score * kOnCell * double(used);

@@ -324,12 +324,9 @@ std::map<std::string, double> LaserScans::statistics() const {
     const ScanTracker& tracker = robot.mapper.tracker();
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
       const ScanClosure& closure = robot.mapper.closures()[k];
-      const bool is_stored = closure.is_stored;
-      if (is_stored)
-        places += 1.0 / static_cast<double>(closure.modes);  // one is right at most
-      else
-        ++closures;
-      if (is_accepted(robot, k)) ++(is_stored ? places_accepted : accepted);
+      const double searches = 1.0 / closure.modes;  // of whose modes one is right at most
+      (closure.is_stored ? places : closures) += closure.is_stored ? searches : 1.0;
+      if (is_accepted(robot, k)) ++(closure.is_stored ? places_accepted : accepted);
     }
     maps += double(tracker.local_maps().size());
     lost += double(tracker.lost());
