@@ -80,4 +80,14 @@ class ByteReader {
   std::string_view bytes_;
 };
 
+/// Several numbers, one after the other.
+template <class... Numbers>
+void put_all(ByteWriter& out, Numbers... numbers) {
+  (out.put(numbers), ...);
+}
+template <class... Numbers>
+void get_all(ByteReader& in, Numbers&... numbers) {
+  ((numbers = in.get<Numbers>()), ...);
+}
+
 }  // namespace hybrid

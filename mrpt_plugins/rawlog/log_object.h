@@ -55,8 +55,8 @@ struct OtherObject {
 using LogObject =
     std::variant<LoggedActions, LoggedFrame, LoggedObservation, LoggedPoints, OtherObject>;
 
-/// What is wanted of a log beyond the observations that this program knows: odometry, poses of the
-/// robot, bearing and range, classed bearing and range, ranges to beacons, and planar laser scans.
+/// What is wanted of a log beyond what this program knows: odometry, poses of the robot, bearing
+/// and range, classed bearing and range, ranges to beacons, planar laser scans, satellite fixes.
 struct LogRequest {
   /// Classes of further observations, with or without namespace.
   std::vector<std::string> classes;

@@ -8,6 +8,7 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationBearingRange.h>
+#include <mrpt/obs/CObservationGPS.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/serialization/CArchive.h>
@@ -15,6 +16,7 @@
 #include <memory>
 
 #include "mrpt_plugins/observations/classed_bearing_range.h"
+#include "mrpt_plugins/rawlog/detail/fix_record.h"
 
 namespace hybrid {
 namespace {
@@ -23,6 +25,7 @@ using mrpt::obs::CObservation;
 using mrpt::obs::CObservation2DRangeScan;
 using mrpt::obs::CObservationBeaconRanges;
 using mrpt::obs::CObservationBearingRange;
+using mrpt::obs::CObservationGPS;
 using mrpt::obs::CObservationOdometry;
 using mrpt::obs::CObservationRobotPose;
 using Classed = CObservationClassedBearingRange;
@@ -35,7 +38,8 @@ enum class Form : std::uint8_t {
   kClassed,
   kBeacons,
   kScan,
-  kRobotPose
+  kRobotPose,
+  kFix
 };
 
 void put_count(ByteWriter& out, std::size_t count, const char* what) {
@@ -43,16 +47,6 @@ void put_count(ByteWriter& out, std::size_t count, const char* what) {
     throw Error(fmt::format("{} {} in one observation", count, what));
   }
   out.put(static_cast<std::uint32_t>(count));
-}
-
-template <class... Numbers>
-void put_all(ByteWriter& out, Numbers... numbers) {
-  (out.put(numbers), ...);
-}
-
-template <class... Numbers>
-void get_all(ByteReader& in, Numbers&... numbers) {
-  ((numbers = in.get<Numbers>()), ...);
 }
 
 void write(ByteWriter& out, const CObservationOdometry& o) {
@@ -177,6 +171,14 @@ void read(ByteReader& in, CObservation2DRangeScan& o) {
   }
 }
 
+void write(ByteWriter& out, const CObservationGPS& o) {
+  write_fix(out, o);
+}
+
+void read(ByteReader& in, CObservationGPS& o) {
+  read_fix(in, o);
+}
+
 /// Writes it if it is of class T.
 template <class T>
 bool write_as(Form form, ByteWriter& out, const CObservation& observation) {
@@ -233,6 +235,8 @@ CObservation::Ptr read_content(ByteReader& in, const std::string& class_name,
       return read_as<CObservation2DRangeScan>(in);
     case Form::kRobotPose:
       return read_as<CObservationRobotPose>(in);
+    case Form::kFix:
+      return read_as<CObservationGPS>(in);
   }
   throw Error("it has an unknown form");
 }
@@ -252,7 +256,8 @@ void write_observation(ByteWriter& out, const LoggedObservation& observation,
              !write_as<Classed>(Form::kClassed, out, content) &&
              !write_as<CObservationBeaconRanges>(Form::kBeacons, out, content) &&
              !write_as<CObservation2DRangeScan>(Form::kScan, out, content) &&
-             !write_as<CObservationRobotPose>(Form::kRobotPose, out, content)) {
+             !write_as<CObservationRobotPose>(Form::kRobotPose, out, content) &&
+             !write_as<CObservationGPS>(Form::kFix, out, content)) {
     out.put(static_cast<std::uint8_t>(Form::kAbsent));
   }
   write_points(out, observation.points);

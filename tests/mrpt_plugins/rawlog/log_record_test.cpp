@@ -7,7 +7,9 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationGPS.h>
+#include <mrpt/obs/CObservationRange.h>
 
+#include <cmath>
 #include <random>
 
 #include "libhybrid/core/error.h"
@@ -124,9 +126,64 @@ CObservation2DRangeScan::Ptr scan() {
   return o;
 }
 
+/// A satellite fix with messages GGA, RMC and BESTPOS, no two numbers of which are the same.
+mrpt::obs::CObservationGPS::Ptr fix() {
+  using namespace mrpt::obs::gnss;
+  auto o = mrpt::obs::CObservationGPS::Create();
+  o->timestamp = mrpt::Clock::fromDouble(1.2e9);
+  o->originalReceivedTimestamp = mrpt::Clock::fromDouble(1.2e9 + 0.25);
+  o->has_satellite_timestamp = true;
+  o->sensorLabel = "receiver";
+  o->sensorPose = odd_pose();
+  Message_NMEA_GGA gga;
+  gga.fields.UTCTime.hour = 23;
+  gga.fields.UTCTime.minute = 59;
+  gga.fields.UTCTime.sec = 58.5;
+  gga.fields.latitude_degrees = -33.885;
+  gga.fields.longitude_degrees = 151.19;
+  gga.fields.fix_quality = 4;
+  gga.fields.altitude_meters = 61;
+  gga.fields.geoidal_distance = 22.5;
+  gga.fields.orthometric_altitude = 83.5;
+  gga.fields.corrected_orthometric_altitude = std::nan("");
+  gga.fields.satellitesUsed = 11;
+  gga.fields.thereis_HDOP = true;
+  gga.fields.HDOP = 0.75F;
+  o->setMsg(gga);
+  Message_NMEA_RMC rmc;
+  rmc.fields.UTCTime.hour = 1;
+  rmc.fields.UTCTime.minute = 2;
+  rmc.fields.UTCTime.sec = 3.25;
+  rmc.fields.validity_char = 'A';
+  rmc.fields.latitude_degrees = 36.5;
+  rmc.fields.longitude_degrees = -4.25;
+  rmc.fields.speed_knots = 5.5;
+  rmc.fields.direction_degrees = 271;
+  rmc.fields.date_day = 31;
+  rmc.fields.date_month = 12;
+  rmc.fields.date_year = 99;
+  rmc.fields.magnetic_dir = -1.5;
+  rmc.fields.positioning_mode = 'D';
+  o->setMsg(rmc);
+  Message_NV_OEM6_BESTPOS best;
+  best.fields.header = {};
+  best.fields.solution_stat = nv_oem6_solution_status::SOL_COMPUTED;
+  best.fields.position_type = nv_oem6_position_type::NARROW_INT;
+  best.fields.lat = 48.5;
+  best.fields.lon = 9.125;
+  best.fields.hgt = 301;
+  best.fields.undulation = 47.75F;
+  best.fields.lat_sigma = 0.01F;
+  best.fields.lon_sigma = 0.02F;
+  best.fields.hgt_sigma = 0.03F;
+  o->setMsg(best);
+  return o;
+}
+
 TEST(LogRecord, ObservationsThatWeKnowKeepEveryNumber) {
-  for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons(),
-                        absolute_odometry(3, {1, 2, 0.3}), CObservation::Ptr(scan())}) {
+  for (const auto& o :
+       {bearing_range(false), bearing_range(true), classed(), beacons(),
+        absolute_odometry(3, {1, 2, 0.3}), CObservation::Ptr(scan()), CObservation::Ptr(fix())}) {
     const LoggedObservation out = round_trip(logged(o));
     ASSERT_TRUE(out.content) << o->GetRuntimeClass()->className;
     EXPECT_EQ(out.time, o->timestamp);
@@ -136,21 +193,21 @@ TEST(LogRecord, ObservationsThatWeKnowKeepEveryNumber) {
 }
 
 TEST(LogRecord, OtherObservationsComeOnlyWhereAskedFor) {
-  auto gps = mrpt::obs::CObservationGPS::Create();
-  gps->timestamp = mrpt::Clock::fromDouble(5);
-  gps->sensorLabel = "receiver";
-  LoggedObservation observation = logged(gps);
+  auto sonar = mrpt::obs::CObservationRange::Create();
+  sonar->timestamp = mrpt::Clock::fromDouble(5);
+  sonar->sensorLabel = "sonar";
+  LoggedObservation observation = logged(sonar);
   observation.points = {{1, 2, 3}, {4, 5, 6}};
   const LoggedObservation absent = round_trip(observation);
   EXPECT_FALSE(absent.content);
-  EXPECT_EQ(absent.time, gps->timestamp);
+  EXPECT_EQ(absent.time, sonar->timestamp);
   ASSERT_EQ(absent.points.size(), 2U);
   EXPECT_EQ(absent.points[1].z, 6);
-  for (const std::string name : {"CObservationGPS", "mrpt::obs::CObservationGPS"}) {
+  for (const std::string name : {"CObservationRange", "mrpt::obs::CObservationRange"}) {
     const LoggedObservation present =
         round_trip(observation, AskedClasses({"CObservation2DRangeScan", name}));
     ASSERT_TRUE(present.content);
-    EXPECT_TRUE(serialised(present.content) == serialised(gps));
+    EXPECT_TRUE(serialised(present.content) == serialised(sonar));
   }
   EXPECT_THROW(AskedClasses({"CObservationNobodyKnows"}), Error);
   EXPECT_THROW(AskedClasses({"CSensoryFrame"}), Error);
@@ -168,6 +225,39 @@ TEST(LogRecord, OfAScanIntensitiesComeOnlyWhereAskedFor) {
   EXPECT_EQ(known->getScanRange(3), 1.25F);
   const auto asked = round_trip(logged(bright), AskedClasses({"CObservation2DRangeScan"}));
   EXPECT_TRUE(serialised(asked.content) == serialised(bright));
+}
+
+TEST(LogRecord, OfAFixOtherMessagesAreLeftOut) {
+  const auto whole = fix();
+  mrpt::obs::gnss::Message_NMEA_GLL other;
+  whole->setMsg(other);
+  const auto known =
+      std::dynamic_pointer_cast<mrpt::obs::CObservationGPS>(round_trip(logged(whole)).content);
+  ASSERT_TRUE(known);
+  EXPECT_EQ(known->messages.size(), 3U);
+  const auto without = mrpt::obs::CObservationGPS::Create();
+  EXPECT_TRUE(serialised(round_trip(logged(without)).content) == serialised(without));
+  const auto asked = round_trip(logged(whole), AskedClasses({"CObservationGPS"}));
+  EXPECT_TRUE(serialised(asked.content) == serialised(whole));
+}
+
+TEST(LogRecord, ADamagedFixIsRefused) {
+  const std::string bytes = to_bytes(LogObject(logged(fix())), nothing());
+  constexpr std::size_t kHead = 9;  // the size of the record and its kind
+  const auto read = [](std::string content, char kind) {
+    ByteWriter head;
+    head.put(static_cast<std::uint64_t>(content.size()));
+    head.put(kind);
+    RecordReader reader(nothing(), kMost);
+    reader.add(head.bytes() + content);
+    return reader.next().has_value();
+  };
+  const std::string content = bytes.substr(kHead);
+  EXPECT_TRUE(read(content, bytes[8]));
+  for (std::size_t length = 0; length < content.size(); ++length) {
+    EXPECT_THROW(read(content.substr(0, length), bytes[8]), Error) << length;
+  }
+  EXPECT_THROW(read(content + "x", bytes[8]), Error);
 }
 
 TEST(LogRecord, AnAskedClassIsNeverTakenForAnother) {
@@ -248,7 +338,7 @@ TEST(LogRecord, AnyBytesAreReadOrRefused) {
   const AskedClasses asked = nothing();
   std::string stream;
   for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons(),
-                        CObservation::Ptr(scan())}) {
+                        CObservation::Ptr(scan()), CObservation::Ptr(fix())}) {
     stream += to_bytes(LogObject(logged(o)), asked);
     stream += to_bytes(LogObject(LoggedFrame{{logged(o), logged(o)}}), asked);
   }
