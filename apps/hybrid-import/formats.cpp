@@ -81,6 +81,20 @@ void add_image_boxes(CLI::App& format, ImageBoxOptions& boxes) {
       ->check(CLI::Range(0.0, 1e4));
 }
 
+void add_fix_table(CLI::App& format, FixTableOptions& fixes) {
+  const auto add = [&](const char* name, auto& value, const char* about) {
+    return format.add_option(name, value, about)->group("Satellite fixes");
+  };
+  add("--fixes", fixes.table,
+      "a table: columns time,lat,lon[,alt] [deg, m] or time,x,y[,z] (east north up) [m], then "
+      "[,sigma] [m] [,quality] (of GGA: 1 autonomous, 2 differential, 4 RTK fixed, 5 RTK float)");
+  add("--datum", fixes.datum,
+      "latitude longitude altitude [deg, m] to which x, y, z are relative; without: the first row, "
+      "and they are no places on Earth")
+      ->expected(3);
+  add("--antenna", fixes.antenna, "on the robot: x y z [m]")->expected(3);
+}
+
 void note_findings(const LogFindings& findings, std::vector<std::string>& notes) {
   const auto is_measured = [](const NoiseRecord& r) { return r.measured.has_value(); };
   const std::vector<NoiseRecord>& noise = findings.noise;
@@ -240,14 +254,12 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
       "Tables of a detector and an odometry of your own; see docs/importing.md", import_and_survey);
   format->add_option("--odometry", o->odometry, "columns time,x,y,yaw or time,x,y,z,yaw,pitch,roll")
       ->required();
-  format
-      ->add_option(
-          "--detections", o->detections,
-          "columns time[,range],yaw[,pitch] or time,x,y[,z], then [,class][,score][,id][,true_id]"
-          "[,sigma_...]; or "
-          "p_NAME for each class instead of class,score. Or boxes in images: a folder of "
-          "YOLO, COCO results (F.json), det.txt of MOT")
-      ->required();
+  format->add_option(
+      "--detections", o->detections,
+      "columns time[,range],yaw[,pitch] or time,x,y[,z], then [,class][,score][,id][,true_id]"
+      "[,sigma_...]; or "
+      "p_NAME for each class instead of class,score. Or boxes in images: a folder of "
+      "YOLO, COCO results (F.json), det.txt of MOT. May be left out where there are fixes");
   format->add_option("--classes", o->classes, "names of all classes; default: those met");
   format->add_option("--score", o->score,
                      "probability of the class of a detection where the table has none");
@@ -266,6 +278,7 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
   format->add_option("--fov", o->fov, "full opening angle of the detector [rad]; 0: not known");
   format->add_option("--walk-translation", o->walk_translation, "odometry noise [m per sqrt(m)]");
   format->add_option("--walk-rotation", o->walk_rotation, "odometry noise [rad per sqrt(m)]");
+  add_fix_table(*format, o->fixes);
   add_image_boxes(*format, o->boxes);
   return format;
 }

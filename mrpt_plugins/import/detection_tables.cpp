@@ -201,6 +201,15 @@ void check_classes(const NamedTable& table, const std::vector<std::string>& clas
   }
 }
 
+/// A log of odometry and satellite fixes.
+ImportReport import_fixes_alone(const DetectionTablesOptions& options, LogWriter& log) {
+  if (options.fixes.table.empty()) throw Error("neither --detections nor --fixes is given");
+  DetectionSteps steps(options, log);
+  steps.finish(0);
+  log.note_end(options.odometry);
+  return log.finish();
+}
+
 }  // namespace
 
 ImportReport import_detection_tables(const DetectionTablesOptions& options,
@@ -209,6 +218,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   if (!(options.score > 0 && options.score <= 1))
     throw Error("--score must be above 0 and at most 1");
   LogWriter log(output);
+  if (options.detections.empty()) return import_fixes_alone(options, log);
   if (are_image_boxes(options.detections)) return import_image_boxes(options, log);
   const std::vector<std::string> classes =
       options.classes.empty() ? classes_in(options.detections) : options.classes;

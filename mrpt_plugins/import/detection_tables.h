@@ -25,6 +25,19 @@ struct ImageBoxOptions {
   double sigma_pixels = 2;                 ///< Of the height of a box.
 };
 
+/// Satellite fixes as a comma-separated table.
+struct FixTableOptions {
+  /// Columns time and latitude, longitude [deg] and optional altitude [m]; or x, y and optional z
+  /// (east, north, up) [m]; optional sigma of each horizontal axis [m], and quality as GGA numbers
+  /// it (without: 1). Empty: no fixes.
+  std::string table;
+  /// Latitude, longitude [deg] and altitude [m] to which x, y and z are relative. Empty: they are
+  /// relative to the first row, which is put to latitude and longitude 0, and the label of the
+  /// sensor ends with _local.
+  std::vector<double> datum;
+  std::vector<double> antenna{0, 0, 0};  ///< On the robot: x y z [m].
+};
+
 /// Detections and odometry as comma-separated tables whose first row names the columns.
 struct DetectionTablesOptions {
   /// Columns time, x, y, yaw or time, x, y, z, yaw, pitch, roll, or quaternions qx, qy, qz, qw in
@@ -34,7 +47,8 @@ struct DetectionTablesOptions {
   /// and z as the sensor sees them (ahead, left, up); optional class, score, id, true_id,
   /// sigma_range, sigma_yaw, sigma_pitch; or instead of class and score the probability of every
   /// class, p_NAME. With ranges and ids but no yaw, they are ranges to beacons. Or boxes in images:
-  /// a folder of YOLO's text files, COCO results (.json), or det.txt of MOT.
+  /// a folder of YOLO's text files, COCO results (.json), or det.txt of MOT. Empty: none, where
+  /// there are fixes.
   std::string detections;
   std::vector<std::string> classes;  ///< Names; empty: those met in the table, sorted.
   double score = 1;  ///< Probability of the class of a detection where the table has none.
@@ -48,12 +62,13 @@ struct DetectionTablesOptions {
   /// Random walk of the odometry: along and across [m per sqrt(m)], heading [rad per sqrt(m)].
   double walk_translation = 0.05, walk_rotation = 0.02;
   ImageBoxOptions boxes;  ///< For detections that are boxes in images.
+  FixTableOptions fixes;
 };
 
-/// Converts the tables into a log with a step for each time of a detection; the odometry between is
-/// interpolated. A detection's score is the probability of its class, the rest is shared by the
-/// others; noted where classes are taken as certain. Detections before the first or after the last
-/// pose are dropped.
+/// Converts the tables into a log with a step for each time of a detection or of a satellite fix;
+/// the odometry between is interpolated. A detection's score is the probability of its class, the
+/// rest is shared by the others; noted where classes are taken as certain. Detections and fixes
+/// before the first or after the last pose are dropped.
 ImportReport import_detection_tables(const DetectionTablesOptions& options,
                                      const std::string& output);
 

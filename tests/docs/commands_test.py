@@ -142,6 +142,8 @@ def make_files():
     subprocess.run([sys.executable, ROOT / "scripts/boards_world.py", "room", "seconds=60"], check=True)
     rows = [line.split(",") for line in pathlib.Path("world/detections.csv").read_text(encoding="utf-8").splitlines()]
     pathlib.Path("directions.csv").write_text("".join(",".join([row[0], *row[2:]]) + "\n" for row in rows), encoding="utf-8")
+    pathlib.Path("fixes.csv").write_text("time,lat,lon\n" + "".join(f"{t},-33.885,{151.19 + 1e-5 * t}\n" for t in range(4)), encoding="utf-8")
+    pathlib.Path("enu.csv").write_text("time,x,y,sigma\n" + "".join(f"{t},{t},0,0.5\n" for t in range(4)), encoding="utf-8")
     os.mkdir("tables")
     for folder in (".", "tables"):
         pathlib.Path(folder, "odometry.csv").write_text(odometry, encoding="utf-8")

@@ -11,8 +11,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/import/detail/fix_table.h"
 #include "mrpt_plugins/import/detail/table_odometry.h"
 #include "mrpt_plugins/import/detection_tables.h"
 #include "mrpt_plugins/input/odometry_reset.h"
@@ -35,11 +38,14 @@ inline OdometryIncrement motion_of_table(const mrpt::poses::CPose3D& from,
   return {mean, variances.asDiagonal(), false};
 }
 
-/// Collects the detections of one time and adds them to the log as a step.
+/// Collects the detections of one time and adds them to the log as a step; satellite fixes between
+/// become steps of their own.
 class DetectionSteps {
  public:
   DetectionSteps(const DetectionTablesOptions& options, LogWriter& log)
-      : options_(options), log_(log), odometry_(options.odometry) {}
+      : options_(options), log_(log), odometry_(options.odometry) {
+    if (!options.fixes.table.empty()) fixes_.emplace(options.fixes);
+  }
 
   /// Starts an empty frame for the detections of a time.
   void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
@@ -58,22 +64,12 @@ class DetectionSteps {
     if (!frame_) return;
     if (!frame_->has_range) directions_ += frame_->detections.size();
     if (bare_) directions_ += bare_->detections.size();
+    add_fixes_before(time_);
     const auto pose = odometry_.at(time_);
-    if (!pose && count() == 0) {
-      // an image without detections
-    } else if (!pose) {
+    if (!pose && count() > 0) {
       log_.drop("detection dropped: no odometry before or after it", count());
-    } else {
-      ImportedStep step{time_, {}, observations(), {}};
-      if (odometry_.resets() > resets_) {
-        log_.drop(OdometryReset::kDropped);
-      } else if (last_) {
-        step.motion = motion_of_table(*last_, *pose, odometry_.is_3d(), options_);
-      }
-      resets_ = odometry_.resets();
-      last_ = pose;
-      log_.add(step);
     }
+    add_step(time_, pose, observations(), fixes_at(time_));
     frame_.reset();
     bare_.reset();
     ranges_.clear();
@@ -95,9 +91,12 @@ class DetectionSteps {
     seen->sensedData.push_back(m);
   }
 
-  /// Reads the rest of the odometry, and notes what is odd, where so many directions have an id.
+  /// Adds the fixes that are left, reads the rest of the odometry, and notes what is odd, where so
+  /// many directions have an id.
   void finish(std::size_t identified) {
+    add_fixes_before(std::numeric_limits<double>::infinity());
     odometry_.finish(log_);
+    finish_fixes();
     if (directions_ == 0 || 2 * identified > directions_) return;
     log_.note(fmt::format(
         "{} directions without ranges and ids: a thing gets its place once the robot has passed it "
@@ -123,9 +122,49 @@ class DetectionSteps {
   bool is_3d() const { return odometry_.is_3d(); }
 
  private:
-  std::vector<mrpt::obs::CObservation::Ptr> observations() const {
+  using Observations = std::vector<mrpt::obs::CObservation::Ptr>;
+
+  /// Adds a step; where its place is not known, nothing.
+  void add_step(double time, const std::optional<mrpt::poses::CPose3D>& pose,
+                Observations observations, const Observations& fixes) {
+    if (!pose) {
+      if (!fixes.empty()) log_.drop("fix dropped: no odometry before or after it", fixes.size());
+      return;
+    }
+    placed_fixes_ += fixes.size();
+    observations.insert(observations.end(), fixes.begin(), fixes.end());
+    ImportedStep step{time, {}, std::move(observations), {}};
+    if (odometry_.resets() > resets_) {
+      log_.drop(OdometryReset::kDropped);
+    } else if (last_) {
+      step.motion = motion_of_table(*last_, *pose, odometry_.is_3d(), options_);
+    }
+    resets_ = odometry_.resets();
+    last_ = pose;
+    log_.add(step);
+  }
+  Observations fixes_at(double time) { return fixes_ ? fixes_->take(time) : Observations(); }
+  /// Makes steps of the fixes before a time.
+  void add_fixes_before(double end) {
+    while (fixes_ && fixes_->time() < end) {
+      const double time = fixes_->time();
+      const Observations fixes = fixes_->take(time);
+      if (options_.detections.empty()) log_.used(fixes_->share());
+      add_step(time, odometry_.at(time), {}, fixes);
+    }
+  }
+  void finish_fixes() {
+    if (!fixes_) return;
+    fixes_->finish(log_);
+    if (placed_fixes_ > 0) return;
+    throw Error(
+        fmt::format("{}: no fix has odometry around it: they are of {} to {} s, and the odometry "
+                    "begins at {} s; times of both are of one clock",
+                    options_.fixes.table, fixes_->first(), fixes_->last(), odometry_.start()));
+  }
+  Observations observations() const {
     if (ranges_.empty() && !bare_) return {frame_};
-    std::vector<mrpt::obs::CObservation::Ptr> all;
+    Observations all;
     if (bare_) all = {frame_, bare_};
     for (const auto& [sigma, seen] : ranges_) all.push_back(seen);
     return all;
@@ -139,6 +178,8 @@ class DetectionSteps {
   const DetectionTablesOptions& options_;
   LogWriter& log_;
   TableOdometry odometry_;
+  std::optional<FixTable> fixes_;
+  std::size_t placed_fixes_ = 0;
   std::size_t resets_ = 0;  // of the odometry up to the last step
   std::map<double, mrpt::obs::CObservationBeaconRanges::Ptr> ranges_;  // without directions, by
                                                                        // sigma

@@ -54,8 +54,12 @@ struct ColumnHeading {
     for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return small;
   }
-  /// Whether the unit is one that columns have.
-  bool is_usual() const { return unit.empty() || unit == "s" || unit == "m" || unit == "rad"; }
+  /// Whether the unit is one that columns have, of that name.
+  bool is_usual(const std::string& column) const {
+    if (unit.empty()) return true;
+    if (column == "latitude" || column == "longitude") return unit == "deg";
+    return unit == "s" || unit == "m" || unit == "rad";
+  }
 
   std::string name, unit;
 };
@@ -80,12 +84,12 @@ class NamedTable {
         ignored_.push_back(name);
         continue;
       }
-      if (!heading.is_usual()) {
+      if (const auto alias = aliases.find(name); alias != aliases.end()) name = alias->second;
+      if (!heading.is_usual(name)) {
         header->fail(i, fmt::format("column in {}: times are in seconds, lengths in metres, angles "
-                                    "in radians",
+                                    "in radians, places on Earth in degrees",
                                     heading.unit));
       }
-      if (const auto alias = aliases.find(name); alias != aliases.end()) name = alias->second;
       if (is_timed && take_time_part(name, i)) continue;
       if (starts_like_a_number(name)) {
         header->fail(i, fmt::format("{} is no name: the first row names the columns; known are: {}",

@@ -21,6 +21,7 @@ namespace {
 
 constexpr const char* kNames[] = {"odometry.csv",
                                   "detections.csv",
+                                  "fixes.csv",
                                   "odometry.g2o",
                                   "poses.txt",
                                   "covariances.txt",
@@ -66,6 +67,9 @@ ImportReport import_as(std::size_t format, const fuzz::Folder& folder, const std
     DetectionTablesOptions options;
     options.odometry = folder.at("odometry.csv");
     options.detections = folder.at("detections.csv");
+    if (std::filesystem::exists(folder.at("fixes.csv"))) {
+      options.fixes.table = folder.at("fixes.csv");
+    }
     return import_detection_tables(options, log);
   }
   if (format == 1 || format == 2) {
