@@ -133,6 +133,11 @@ CLI::App* add_victoria_park(CLI::App& app, Convert& convert) {
                    "do not give detections the ids of the reference association");
   format->add_option("--steering-scale", options->steering_scale, "factor of the steering angle");
   format->add_option("--steering-offset", options->steering_offset, "added to it [rad]");
+  format
+      ->add_option("--fixes", options->fixes,
+                   "which runs of satellite fixes are in the log; of even and odd, the others are "
+                   "written beside it")
+      ->check(CLI::IsMember({"all", "even", "odd", "none"}));
   add_detector(*format, options->detector);
   add_walk(*format, options->walk);
   return format;

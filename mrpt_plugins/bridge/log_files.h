@@ -14,7 +14,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Suffixes of the ground truth files beside F.rawlog, and of the names that its ids stand for.
+/// Suffixes of the ground truth files beside F.rawlog, of the names that its ids stand for, and of
+/// satellite fixes that are kept from it.
 inline constexpr std::string_view kTrueMapSuffix = "_ground_truth.txt";
 inline constexpr std::string_view kTruePathSuffix = "_ground_truth_robot_path.txt";
 inline constexpr std::string_view kTruePositionsSuffix = "_ground_truth_robot_path.xyz";
@@ -22,6 +23,7 @@ inline constexpr std::string_view kTrueAssociationsSuffix = "_ground_truth_assoc
 inline constexpr std::string_view kTrueMoversSuffix = "_ground_truth_movers.csv";
 inline constexpr std::string_view kTrueModesSuffix = "_ground_truth_modes.txt";
 inline constexpr std::string_view kIdNamesSuffix = "_ids.csv";
+inline constexpr std::string_view kHeldOutFixesSuffix = "_held_out_fixes.xyz";
 
 /// A rawlog and the files beside it. commit() shows all of them at once and removes those of an
 /// older log of that name; without it, nothing changes. Throws Error that names the file.

@@ -106,6 +106,7 @@ void LogWriter::add(const ImportedStep& step) {
     }
     frame.insert(observation);
   }
+  for (const auto& observation : step.stamped) frame.insert(observation);
   archive << frame;
   files_.log().check();
   if (step.truth) {
@@ -115,7 +116,7 @@ void LogWriter::add(const ImportedStep& step) {
                            T.yaw(), T.pitch(), T.roll()));
   }
   last_time_ = step.time;
-  report_.observations += step.observations.size();
+  report_.observations += step.observations.size() + step.stamped.size();
   ++report_.steps;
   if (step_watcher) step_watcher({report_.steps, last_time_ - first_time_, share_});
 }
@@ -129,7 +130,16 @@ void LogWriter::true_landmark(std::int64_t id, const Eigen::Vector3d& position,
 }
 
 void LogWriter::true_position(double time, const Eigen::Vector3d& position) {
-  side_file(kTruePositionsSuffix, "% time x y z\n")
+  write_position(kTruePositionsSuffix, time, position);
+}
+
+void LogWriter::held_out_fix(double time, const Eigen::Vector3d& position) {
+  write_position(kHeldOutFixesSuffix, time, position);
+}
+
+void LogWriter::write_position(std::string_view suffix, double time,
+                               const Eigen::Vector3d& position) {
+  side_file(suffix, "% time x y z\n")
       .write(fmt::format("{:.6f} {:.4f} {:.4f} {:.4f}\n", time, position.x(), position.y(),
                          position.z()));
 }

@@ -31,6 +31,8 @@ struct ImportedStep {
   std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< Their timestamps are set to the time
                                                            ///< of the step.
   std::optional<mrpt::poses::CPose3D> truth;  ///< True pose; for all steps of a log or for none.
+  /// Seen since the last step: they follow in the frame and keep their own timestamps.
+  std::vector<mrpt::obs::CObservation::Ptr> stamped = {};
 };
 
 /// What an import wrote and dropped.
@@ -45,9 +47,9 @@ struct ImportReport {
 /// Writes F.rawlog as actions and sensory frames, step by step, and the ground truth beside it:
 /// F_ground_truth_robot_path.txt (one row per step), F_ground_truth.txt (landmarks, class last),
 /// F_ground_truth_robot_path.xyz (timed positions, where orientations are unknown) and
-/// F_ground_truth_associations.csv and F_ground_truth_movers.csv; and F_ids.csv, the names that ids
-/// stand for. finish() makes all of them appear together. Throws Error that names the file on write
-/// errors.
+/// F_ground_truth_associations.csv and F_ground_truth_movers.csv; F_ids.csv, the names that ids
+/// stand for; and F_held_out_fixes.xyz. finish() makes all of them appear together. Throws Error
+/// that names the file on write errors.
 class LogWriter {
  public:
   /// `path` is F.rawlog; its folder is created if absent.
@@ -77,6 +79,9 @@ class LogWriter {
   /// A true position of the robot without orientation; times must not decrease.
   void true_position(double time, const Eigen::Vector3d& position);
 
+  /// A satellite fix that is not in the log, so that it can judge: position of the antenna [m].
+  void held_out_fix(double time, const Eigen::Vector3d& position);
+
   /// True landmark id of measurement `index` of the step that is added next.
   void true_association(std::size_t index, std::int64_t true_id);
 
@@ -95,6 +100,7 @@ class LogWriter {
 
  private:
   void note_ends(const std::string& folder);
+  void write_position(std::string_view suffix, double time, const Eigen::Vector3d& position);
   FileWriter& side_file(std::string_view suffix, const std::string& header);
 
   LogFiles files_;

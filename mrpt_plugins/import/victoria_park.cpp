@@ -10,7 +10,9 @@
 #include <map>
 #include <utility>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/import/detail/satellite_fix.h"
 
 namespace hybrid {
 namespace {
@@ -19,6 +21,10 @@ namespace {
 // with the encoder, and position of the laser relative to the middle of the rear axle.
 constexpr double kAxles = 2.83, kHalfTrack = 0.76, kLaserAhead = 3.78, kLaserLeft = 0.5;
 
+// Where the local frame of the fixes is put on Earth: about the middle of the park, chosen by us.
+constexpr GeodeticPoint kPark{-33.885, 151.190, 0};
+
+constexpr double kRunPause = 1;             // s between runs of fixes, at least
 constexpr double kGpsSlack = 1.5;           // m, tolerance of the distance between fixes
 constexpr double kReferenceWindow = 0.3;    // m of travel between a sighting and its scan
 constexpr double kReferenceDistance = 0.5;  // m between a sighting and its detection
@@ -172,9 +178,42 @@ void add_gps(const VictoriaParkOptions& options, const std::vector<Scan>& scans,
   }
 }
 
+/// Whether a run of fixes is in the log.
+bool is_chosen(const std::string& fixes, std::size_t run) {
+  if (fixes == "all") return true;
+  return fixes == (run % 2 == 0 ? "even" : "odd");
+}
+
+/// The fixes that are in the log, in the order of the file; the others are written beside it.
+std::vector<ImportedFix> read_fixes(const VictoriaParkOptions& options, LogWriter& log) {
+  if (options.fixes == "none") return {};
+  const LocalFrame park(kPark);
+  std::vector<ImportedFix> fixes;
+  TextReader table(options.folder + "/gps.txt");
+  std::size_t run = 0;
+  std::optional<double> last;
+  while (const auto row = table.next()) {
+    row->expect(3, "time x y");
+    const double time = row->time(0);
+    const Eigen::Vector3d position(row->coordinate(1), row->coordinate(2), 0);
+    if (last && time - *last > kRunPause) ++run;
+    last = time;
+    if (is_chosen(options.fixes, run)) {
+      fixes.push_back({time, park.to_geodetic(position), 1, 0});
+    } else {
+      log.held_out_fix(time, position);
+    }
+  }
+  return fixes;
+}
+
 }  // namespace
 
 ImportReport import_victoria_park(const VictoriaParkOptions& options, const std::string& output) {
+  if (options.fixes != "all" && options.fixes != "even" && options.fixes != "odd" &&
+      options.fixes != "none") {
+    throw Error("fixes are all, even, odd or none, not " + in_quotes(options.fixes));
+  }
   LogWriter log(output);
   std::vector<Scan> scans = read_scans(options, log);
   if (options.reference) {
@@ -183,6 +222,8 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
     log.note_end(path);
   }
   const mrpt::poses::CPose3D T_car_laser(kLaserAhead, kLaserLeft, 0, 0, 0, 0);
+  const std::vector<ImportedFix> fixes = read_fixes(options, log);
+  auto fix = fixes.begin();
   for (const Scan& scan : scans) {
     auto frame = planar_detections("LASER", options.detector, T_car_laser);
     frame->fov_yaw = static_cast<float>(M_PI);
@@ -196,7 +237,12 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
       frame->detections.push_back(d);
     }
     log.used(static_cast<double>(log.steps() + 1) / static_cast<double>(scans.size()));
-    log.add({scan.time, scan.motion, {frame}, {}});
+    ImportedStep step{scan.time, scan.motion, {frame}, {}};
+    const bool is_last = &scan == &scans.back();
+    for (; fix != fixes.end() && (is_last || fix->time <= scan.time); ++fix) {
+      step.stamped.push_back(satellite_fix(*fix, "GPS", T_car_laser));
+    }
+    log.add(step);
   }
   add_gps(options, scans, log);
   for (const char* name :

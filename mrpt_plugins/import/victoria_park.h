@@ -24,12 +24,18 @@ struct VictoriaParkOptions {
   double steering_scale = 1.037, steering_offset = 0.0046;
   DetectorNoise detector{0.09, 0.005, 0.011, 0};
   OdometryWalk walk{0.05, 0.02, 0.008, 0, 1e-4};
+  /// Which runs of satellite fixes are in the log, a run being one without a pause of more than a
+  /// second: all, even, odd or none; the first is run 0. With even and odd, the others are written
+  /// beside the log.
+  std::string fixes = "all";
 };
 
 /// Converts the data set into a log with one step per scan. The robot frame is at the middle of the
 /// rear axle; its motion follows the standard car model from the speed of the left rear wheel and
-/// the steering angle. GPS positions are written beside the log; those farther from the last good
-/// one than the car drove are dropped.
+/// the steering angle. Satellite fixes, all of them, are in the frame of the first scan that is not
+/// before them, with their own time stamps; their frame is local, and put about a place in the park
+/// that is arbitrary. Beside the log they are written as true positions, without those farther from
+/// the last good one than the car drove.
 ImportReport import_victoria_park(const VictoriaParkOptions& options, const std::string& output);
 
 }  // namespace hybrid

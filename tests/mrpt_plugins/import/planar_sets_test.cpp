@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <mrpt/core/Clock.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationGPS.h>
 
 #include <cmath>
+#include <utility>
 
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/import/mrclam.h"
 #include "mrpt_plugins/import/plaza.h"
@@ -61,6 +65,66 @@ TEST_F(PlanarSets, VictoriaParkFollowsTheCarAndTheReference) {
   const auto fixes = read_positions(at("out_ground_truth_robot_path.xyz"));
   ASSERT_EQ(fixes.size(), 3U);
   EXPECT_EQ(fixes[2].pose.x(), 1.5);
+}
+
+/// The fixes of a frame, and where they are in the local frame of the data set.
+std::vector<std::pair<double, Eigen::Vector3d>> fixes_of(const LogStep& step) {
+  const LocalFrame park({-33.885, 151.190, 0});
+  std::vector<std::pair<double, Eigen::Vector3d>> fixes;
+  for (const auto& observation : step.observations) {
+    const auto* fix = dynamic_cast<const mrpt::obs::CObservationGPS*>(observation.get());
+    if (fix == nullptr) continue;
+    EXPECT_EQ(fix->sensorLabel, "GPS");
+    EXPECT_EQ(fix->sensorPose.x(), 3.78);
+    EXPECT_EQ(fix->sensorPose.y(), 0.5);
+    const auto& gga = fix->getMsgByClass<mrpt::obs::gnss::Message_NMEA_GGA>().fields;
+    EXPECT_EQ(gga.fix_quality, 1);
+    fixes.emplace_back(
+        mrpt::Clock::toDouble(fix->timestamp),
+        park.to_local({gga.latitude_degrees, gga.longitude_degrees, gga.altitude_meters}));
+  }
+  return fixes;
+}
+
+TEST_F(PlanarSets, VictoriaParkHasAllFixesAtTheScanThatIsNotBeforeThem) {
+  import_victoria_park(victoria(), log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_TRUE(fixes_of(all[0]).empty());
+  const auto first = fixes_of(all[1]), second = fixes_of(all[2]);
+  ASSERT_EQ(first.size(), 2U);
+  ASSERT_EQ(second.size(), 2U);
+  EXPECT_EQ(all[1].time, 1);
+  EXPECT_NEAR(first[0].first, 0.5, 1e-6);
+  EXPECT_NEAR(first[1].first, 1, 1e-6);
+  EXPECT_NEAR(second[0].first, 1.5, 1e-6);
+  EXPECT_NEAR((second[0].second - Eigen::Vector3d(40, 0, 0)).norm(), 0, 1e-6) << "a bad one too";
+}
+
+TEST_F(PlanarSets, VictoriaParkKeepsRunsOfFixesFromTheLog) {
+  VictoriaParkOptions options = victoria();
+  write("gps.txt", "0.5 0 0\n1.0 0.5 0\n2.5 2 0.25\n4 3 0\n");  // two pauses
+  const auto count = [&](const char* which) {
+    options.fixes = which;
+    import_victoria_park(options, log());
+    std::size_t fixes = 0;
+    for (const LogStep& step : steps()) fixes += fixes_of(step).size();
+    return fixes;
+  };
+  const std::string held_out = at("out_held_out_fixes.xyz");
+  EXPECT_EQ(count("all"), 4U) << "those after the last scan are with it";
+  EXPECT_FALSE(std::filesystem::exists(held_out));
+  const std::string truth = read("out_ground_truth_robot_path.xyz");
+  EXPECT_EQ(count("even"), 3U);
+  EXPECT_EQ(read("out_held_out_fixes.xyz"), "% time x y z\n2.500000 2.0000 0.2500 0.0000\n");
+  EXPECT_EQ(count("odd"), 1U);
+  EXPECT_EQ(read_positions(held_out).size(), 3U);
+  EXPECT_EQ(read("out_ground_truth_robot_path.xyz"), truth);
+  EXPECT_EQ(count("none"), 0U);
+  EXPECT_FALSE(std::filesystem::exists(held_out)) << "of the former log";
+  options.fixes = "some";
+  std::filesystem::remove(log());
+  expect_error([&] { import_victoria_park(options, log()); }, "all, even, odd or none");
 }
 
 TEST_F(PlanarSets, VictoriaParkTurnsOnACircle) {
