@@ -32,6 +32,7 @@ FORMS = {
     "stata/frames.txt": ["ii" + "n" * 12], "stata/detections.txt": ["iin" + "n" * 8],
     "carmen/a.clf": None, "mot/odometry.csv": ["nnnn"], "mot/det.txt": ["iinnnnn" + "n" * k for k in range(9)],
     "coco/odometry.csv": ["nnnn"], "coco/a.json": None, "yolo/odometry.csv": ["nnnn"],
+    "fixes/odometry.csv": ["nnnn"], "fixes/fixes.csv": None,
     "yolo/classes.txt": None, **{f"yolo/image_{i}.txt": ["innnn", "innnnn", "innnnni"] for i in range(10)},
     "victoria-park/odometry.txt": ["nnn"], "victoria-park/scan_times.txt": ["n"],
     "victoria-park/tree_detections.txt": ["nnnn"], "victoria-park/gps.txt": ["nnn"],
@@ -42,7 +43,7 @@ PLAZA = ["Variable www nn", "Variable www nnn", "Factor www nn", "Factor www nnn
          "Factor " + "w" * 7 + " nn www n w n"]
 FORMS.update({"plaza/graph.fg": PLAZA, "plaza/known.fg": PLAZA})
 COMMAS = {"cloud", "csv/odometry.csv", "csv/detections.csv", "mot/odometry.csv", "mot/det.txt",
-          "coco/odometry.csv", "yolo/odometry.csv"}
+          "coco/odometry.csv", "yolo/odometry.csv", "fixes/odometry.csv", "fixes/fixes.csv"}
 
 
 def is_number(word):

@@ -47,6 +47,10 @@ def yolo():
     return files
 
 
+def fixes():
+    return "time,x,y,z,sigma,quality\n" + "".join(f"{i}.5,{0.5 * i},0.2,1,{'0.02' if i % 2 else ''},4\n" for i in range(9))
+
+
 def import_sets():
     """As those of material.py, with the forms of files beside them."""
     table = ["csv", "--odometry", "{odometry.csv}", "--detections"]
@@ -56,6 +60,8 @@ def import_sets():
         "mot": ([*table, "{det.txt}", *CAMERA], {**odometry, "det.txt": mot()}),
         "coco": ([*table, "{a.json}", *CAMERA], {**odometry, "a.json": coco()}),
         "yolo": ([*table, "{dir}", *CAMERA], {**odometry, **yolo()}),
+        "fixes": (["csv", "--odometry", "{odometry.csv}", "--fixes", "{fixes.csv}", "--datum", "-33.885", "151.19", "40"],
+                  {**odometry, "fixes.csv": fixes()}),
     }
 
 
