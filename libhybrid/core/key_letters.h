@@ -17,6 +17,9 @@ inline constexpr char kOdometryCalibration = 'o';  ///< mapper
 inline constexpr char kAssociation = 'a';          ///< landmarks that a frame saw; mapping plugins
 inline constexpr char kRangeChoice = 'b';          ///< mode of an ambiguous range; mapping plugins
 inline constexpr char kBearingChoice = 'v';        ///< whether a bearing is false; mapping plugins
+inline constexpr char kFixError = 'e';             ///< that lasts; fixes
+inline constexpr char kFixErrorMode = 'r';         ///< its ErrorMode; fixes
+inline constexpr char kFalseFix = 'f';             ///< whether a fix is false; fixes
 
 // Other programs.
 inline constexpr char kObject = 'o';       ///< pose; object maps

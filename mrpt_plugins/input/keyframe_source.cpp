@@ -256,6 +256,16 @@ void KeyframeSource::collect_scans(const LogStep& step) {
   }
 }
 
+void KeyframeSource::collect_fixes(const LogStep& step) {
+  fixes_.move(step.time, step.odometry, dropped_);
+  for (const auto& observation : step.observations) {
+    auto fix = fix_in(*observation, dropped_);
+    if (!fix) continue;
+    if (fix->fix.time != 0) fix->fix.time += options_.reader.clock_offset;
+    fixes_.add(std::move(*fix), dropped_);
+  }
+}
+
 DropReport KeyframeSource::warnings() const {
   DropReport all = reader_.warnings();
   if (halved_scans_ > 0) {
@@ -272,6 +282,7 @@ Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
   keyframe.odometry = policy_.odometry();
   keyframe.observations = std::move(step.observations);
   keyframe.scans = scans_.release();
+  keyframe.fixes = fixes_.release();
   return keyframe;
 }
 
@@ -279,6 +290,7 @@ Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
 bool KeyframeSource::makes_keyframe(const LogStep& step) {
   const bool is_due = policy_.is_keyframe(step);
   collect_scans(step);
+  collect_fixes(step);
   const LaserScan* scan = scans_.newest();
   if (!options_.follows_scans || scan == nullptr) return is_due;
   if (is_due) {

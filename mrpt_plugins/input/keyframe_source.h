@@ -13,6 +13,7 @@
 #include "libhybrid/detections/detection_tracker.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/fixes.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
@@ -33,6 +34,7 @@ struct Keyframe {
   /// Laser scans since the keyframe before, in order of time, those of the keyframe itself last;
   /// each tells where the robot was.
   std::vector<LaserScan> scans;
+  std::vector<LoggedFix> fixes;  ///< of satellite receivers, since the keyframe before
 };
 
 enum class Dimension { kAuto, kPlane, kSpace };
@@ -99,6 +101,7 @@ class KeyframeSource {
   std::optional<double> share_read() const;
   void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
   void collect_scans(const LogStep& step);
+  void collect_fixes(const LogStep& step);
   bool makes_keyframe(const LogStep& step);
   Keyframe make_keyframe(LogStep& step, Keyframe keyframe);
 
@@ -107,6 +110,7 @@ class KeyframeSource {
   KeyframePolicy policy_;
   DetectionTracker tracker_;
   ScanCollector scans_;
+  FixCollector fixes_;
   ScanWatch watch_;
   std::size_t steps_read_ = 0;
   std::size_t halved_scans_ = 0;     // see is_halved_scan()

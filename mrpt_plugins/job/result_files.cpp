@@ -8,6 +8,7 @@
 
 #include "libhybrid/io/write_graph.h"
 #include "mrpt_plugins/output/figures.h"
+#include "mrpt_plugins/output/fix_writer.h"
 #include "mrpt_plugins/output/graph_export.h"
 #include "mrpt_plugins/output/landmark_writer.h"
 #include "mrpt_plugins/output/map_image.h"
@@ -32,6 +33,7 @@ std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& 
   out.write("landmarks.csv", landmarks_csv(result));
   out.write("landmarks.json", landmarks_json(result));
   if (!result.movers.empty()) out.write("movers.csv", movers_csv(result));
+  if (!result.fixes.empty()) out.write("fixes.csv", fixes_csv(result));
   out.write("steps.csv", steps_csv(result.steps));
   const ExportedGraph graph =
       export_graph(backend.graph(), {backend.values(), backend.assignment()});

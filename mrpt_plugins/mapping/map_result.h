@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -16,6 +17,7 @@
 #include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/movers/mover.h"
 #include "libhybrid/smoother/report.h"
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 #include "mrpt_plugins/mapping/grid_map.h"
 
@@ -78,6 +80,29 @@ struct ScanClosureEstimate {
   int modes = 1;         ///< poses that the same search found
 };
 
+enum class FixMode { kGood, kBiased, kFalse };
+
+/// One fix of a satellite receiver.
+struct FixEstimate {
+  double time = 0;
+  std::size_t keyframe = 0;  ///< of the trajectory, which it belongs to
+  /// Where the receiver says that it is, in the map [m]; the other is where the map says that it
+  /// is.
+  Eigen::Vector3d measured = Eigen::Vector3d::Zero(), antenna = Eigen::Vector3d::Zero();
+  double sigma = 0;                                 ///< as stated [m]
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< that lasts: east, north, up [m]
+  std::optional<FixMode> mode;                      ///< nothing where it is not in the map
+  std::array<double, 3> probabilities{};            ///< of the modes; zero where not known
+  std::string unused;                               ///< why it is not in the map
+};
+
+/// Where a map is on earth.
+struct MapDatum {
+  GeodeticPoint origin;
+  bool is_on_earth = true;  ///< else the origin stands for that of another frame
+  Eigen::Isometry3d T_datum_map = Eigen::Isometry3d::Identity();
+};
+
 /// Everything a replay produces that the writers and the pictures need.
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
@@ -89,6 +114,8 @@ struct MapResult {
   std::vector<RobotPath> robots;  ///< empty where there is but one without a name
   std::vector<LandmarkEstimate> landmarks;
   std::vector<MoverEstimate> movers;
+  std::vector<FixEstimate> fixes;
+  std::optional<MapDatum> datum;
   std::vector<StepRecord> steps;
   std::vector<CalibrationEstimate> calibration;
   std::vector<std::string> mode_names;  ///< of motion; empty when motion has no modes

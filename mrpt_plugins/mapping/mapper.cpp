@@ -126,8 +126,10 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
     motion = predict_from(nullptr);
     report = update(motion.delta, {});
   }
-  if (!keyframe.scans.empty() && follow_scans(plugins_) && backend_->keeps_all()) {
-    backend_->hold(pose_key(steps_.size()));  // any later scan may match what this one saw
+  const bool is_matched = !keyframe.scans.empty() && follow_scans(plugins_);
+  if ((is_matched || fix_source() != nullptr) && backend_->keeps_all()) {
+    // Any later scan may match what this one saw; and errors of fixes tie all keyframes together.
+    backend_->hold(pose_key(steps_.size()));
   }
   robot().last_mode = motion.mode;
   robot().T_odometry_robot = motion.T_odometry_robot;
@@ -135,6 +137,7 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   dead_reckoning_.push_back({keyframe.time, motion.T_odometry_robot});
   log_rows_.push_back(keyframe.row);
   steps_.push_back({});
+  look_for_datum();
   add_work(report, revise(false));
   steps_.back() = record(keyframe, report);
   return steps_.back();
@@ -240,8 +243,15 @@ MapView Mapper::view() const {
 
 /// Calls observe() of each plugin; a plugin that throws contributes nothing.
 std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion& motion) {
-  Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
-              keyframe.observations, keyframe.scans};
+  Frame frame{pose_key(steps_.size()),
+              motion.T_map_robot,
+              keyframe.detections,
+              keyframe.observations,
+              keyframe.scans,
+              {},
+              {},
+              keyframe.fixes,
+              robot_};
   const MapView map = view();
   const MotionCovariance after(*motion.factor, frame.pose, motion.delta.values, backend_->values(),
                                map.covariance_of);
@@ -265,6 +275,7 @@ StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report)
 }
 
 BackendReport Mapper::finish() {
+  look_for_datum();
   BackendReport work = revise(true);
   add_work(work, solve(&Backend::finish));
   return work;

@@ -27,6 +27,8 @@
 
 namespace HYBRID_API hybrid {
 
+class FixSource;
+
 /// A robot of a map that several make.
 struct RobotOptions {
   std::string name;                ///< empty where there is but one
@@ -151,6 +153,7 @@ class Mapper {
   const Robot& robot() const { return robots_[robot_]; }
   void add_modes(MapResult& result) const;
   void add_movers(MapResult& result) const;
+  void add_fixes(MapResult& result) const;
   std::vector<Contribution> observe(const Keyframe& keyframe, const Motion& motion);
   std::vector<Contribution> ask(const std::function<Contribution(std::size_t)>& question);
   MapView view() const;
@@ -163,6 +166,9 @@ class Mapper {
   void tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
             std::array<std::size_t, 3>& first);
   void note_start(const Delta& motion, const BackendReport& report);
+  const FixSource* fix_source() const;
+  void look_for_datum();
+  void set_start(Robot& robot, const KnownStart& start);
   void count(const BackendReport& report);
   void count_work(const BackendReport& report);
   void keep(const BackendReport& report);
@@ -186,6 +192,7 @@ class Mapper {
   std::vector<StepRecord> steps_;
   Trajectory dead_reckoning_;
   std::vector<std::size_t> log_rows_;
+  bool may_find_datum_ = true;
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
   std::size_t row_ = 0;       // of the log, of the newest keyframe
   std::size_t refusals_ = 0;  // contributions refused so far

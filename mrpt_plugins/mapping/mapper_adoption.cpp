@@ -13,6 +13,8 @@
 #include "libhybrid/detections/sighting.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
 namespace hybrid {
@@ -57,22 +59,64 @@ void Mapper::adopt(const KnownMap& known) {
 /// Notes where the prior of the first pose of a robot is, for forget_start().
 void Mapper::note_start(const Delta& motion, const BackendReport& report) {
   const bool first = robot().poses.empty() && !motion.continuous.empty();
-  if (!first || !robot().options.motion.start || robot().start) return;
+  const bool is_known = robot().options.motion.start.has_value();
+  const bool may_move = !is_known && fix_source() != nullptr;
+  if (!first || !(is_known || may_move) || robot().start) return;
   robot().start = report.handles.continuous.front();
-  if (robot().options.motion.start->found) backend_->hold(pose_key(steps_.size()));
+  if (may_move || robot().options.motion.start->found) backend_->hold(pose_key(steps_.size()));
 }
 
-void Mapper::forget_start(std::size_t number) {
-  Robot& robot = robots_[number];
+const FixSource* Mapper::fix_source() const {
+  for (const auto& plugin : plugins_) {
+    if (const auto* source = dynamic_cast<const FixSource*>(plugin.get())) return source;
+  }
+  return nullptr;
+}
+
+/// Once the axes of a datum are those of the map, its first poses are where the fixes say: all that
+/// is known of them besides is that they are about level.
+void Mapper::look_for_datum() {
+  if (!may_find_datum_) return;
+  auto* source = const_cast<FixSource*>(fix_source());
+  const bool is_known = robots_.front().options.motion.start.has_value();
+  may_find_datum_ = source != nullptr && !source->datum() && !is_known;
+  if (!may_find_datum_ || !source->find_datum(view())) return;
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    Robot& robot = robots_[i];
+    KnownStart wide;
+    if (robot.poses.empty()) continue;
+    wide.T_map_robot = to_isometry(pose_at(backend_->values(), pose_key(robot.poses.front())));
+    constexpr double kFar = 1e3, kTurned = 3, kTilted = 0.2;  // m, rad, rad
+    Eigen::VectorXd sigmas(is_3d_ ? 6 : 3);
+    if (is_3d_) {
+      sigmas << kFar, kFar, kFar, kTilted, kTilted, kTurned;
+    } else {
+      sigmas << kFar, kFar, kTurned;
+    }
+    wide.covariance = sigmas.array().square().matrix().asDiagonal();
+    set_start(robot, wide);
+  }
+}
+
+/// Replaces what is known of the first pose of a robot, if that can still be taken back.
+void Mapper::set_start(Robot& robot, const KnownStart& start) {
   if (!robot.start || !backend_->graph().contains(*robot.start)) return;
   Delta delta;
   delta.remove.push_back(*robot.start);
   MotionOptions wide = robot.options.motion;
-  wide.start->covariance *= kForgotten;
+  wide.start = start;
   delta.continuous.push_back(origin_factor(pose_key(robot.poses.front()), wide, is_3d_));
   robot.start.reset();
   count(backend_->update(delta));
   backend_->release(pose_key(robot.poses.front()));
+}
+
+void Mapper::forget_start(std::size_t number) {
+  Robot& robot = robots_[number];
+  if (!robot.options.motion.start) return;
+  KnownStart wide = *robot.options.motion.start;
+  wide.covariance *= kForgotten;
+  set_start(robot, wide);
 }
 
 std::map<std::int64_t, double> Mapper::existence() const {

@@ -9,6 +9,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
 namespace hybrid {
@@ -84,6 +85,7 @@ MapResult Mapper::result_without_sizes() const {
   result.steps = steps_;
   add_modes(result);
   add_movers(result);
+  add_fixes(result);
   for (const Robot& robot : robots_) {
     for (CalibrationEstimate& estimate : robot.calibrator.estimates(*backend_)) {
       result.calibration.push_back(std::move(estimate));
@@ -140,6 +142,20 @@ void Mapper::add_movers(MapResult& result) const {
       }
       result.movers.push_back(std::move(out));
     }
+  }
+}
+
+/// Fixes with the probabilities of their modes.
+void Mapper::add_fixes(MapResult& result) const {
+  for (const auto& plugin : plugins_) {
+    const auto* source = dynamic_cast<const FixSource*>(plugin.get());
+    if (source == nullptr) continue;
+    const std::vector<FixEntry>& fixes = source->fix_mapper().fixes();
+    const Uncertainty uncertainty = backend_->uncertainty({}, discrete_keys_of(fixes));
+    result.datum = source->datum();
+    const FixEstimator estimate(result.datum, backend_->values(), backend_->assignment(),
+                                uncertainty);
+    for (const FixEntry& entry : fixes) result.fixes.push_back(estimate(entry));
   }
 }
 

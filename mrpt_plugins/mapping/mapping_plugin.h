@@ -22,12 +22,14 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/fixes.h"
 #include "mrpt_plugins/input/log_contents.h"
 #include "mrpt_plugins/mrpt_version.h"
 
 namespace HYBRID_API hybrid {
 
 inline const std::vector<LaserScan> kNoScans;
+inline const std::vector<LoggedFix> kNoFixes;
 
 /// A keyframe for the plugins.
 struct Frame {
@@ -45,6 +47,9 @@ struct Frame {
   std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
   std::function<Eigen::MatrixXd(const std::vector<Key>&, const Eigen::MatrixXd& J)> covariance_of =
       {};
+  /// Fixes of satellite receivers since the keyframe before, in order of time.
+  const std::vector<LoggedFix>& fixes = kNoFixes;
+  std::size_t robot = 0;  ///< of several, whose keyframe it is
 
   /// The same without MRPT types, for libhybrid.
   KeyframeView view() const {

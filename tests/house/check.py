@@ -41,7 +41,7 @@ FLOORS = {
         {"movers"},
         {"detections"},
         {"baselines", "landmarks"},
-        {"selection", "maps", "initialization"},
+        {"selection", "maps", "initialization", "fixes"},
         {"choices"},
         {"online"},
         {"methods", "objects", "scans"},

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+
+#include "libhybrid/geometry/eigen.h"
+
+namespace HYBRID_API hybrid {
+
+/// A measured position of an antenna on the robot, as satellite receivers give it.
+struct Fix {
+  double time = 0;  ///< [s]
+  /// East, north, up of a datum [m].
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  double sigma = 0;     ///< of each horizontal axis, as stated [m]; 0: not stated
+  double sigma_up = 0;  ///< of the height, as stated [m]; 0: not stated
+  Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< on the robot [m]
+  /// Where the robot was at the time of the fix, in the frame of the keyframe that it is given to,
+  /// as odometry tells.
+  Eigen::Isometry3d T_keyframe_robot = Eigen::Isometry3d::Identity();
+  std::size_t row = 0;  ///< which fix of the log it is
+
+  /// Where the antenna was, in the frame of the keyframe [m].
+  Eigen::Vector3d lever_arm() const { return T_keyframe_robot * antenna; }
+};
+
+}  // namespace hybrid

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/obs/CObservation.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/fixes/fix.h"
+#include "mrpt_plugins/bridge/geodesy.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace HYBRID_API hybrid {
+
+/// A fix of a log, not yet in the axes of a datum: `fix.position` is left at 0.
+struct LoggedFix {
+  Fix fix;
+  GeodeticPoint place;
+  bool is_on_earth = true;  ///< else latitudes stand for coordinates of another frame
+};
+
+/// The fix in a CObservationGPS; nothing for other classes. Its sigma is that which the receiver
+/// states, or else what its quality is known for, times the dilution of precision.
+///
+/// Dropped, and counted in `report` by reason: fixes that the receiver calls invalid, that are not
+/// finite, at latitude and longitude zero, or of an antenna farther than 1 km from the robot.
+std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, DropReport& report);
+
+/// The fixes between keyframes, placed by odometry.
+class FixCollector {
+ public:
+  /// The robot moved to the next step [s]; nothing where odometry does not tell.
+  void move(double time, const std::optional<OdometryIncrement>& odometry, DropReport& report);
+  /// Takes a fix that came with this step. Where its own time is another, it is placed by it.
+  void add(LoggedFix fix, DropReport& report);
+  /// This step is a keyframe: the fixes since the one before, placed in its frame.
+  std::vector<LoggedFix> release();
+
+ private:
+  std::vector<LoggedFix> fixes_;  // with the pose since the last keyframe
+  std::optional<GeodeticPoint> last_;
+  std::size_t rows_ = 0;
+  double time_ = 0, time_before_ = 0;
+  Eigen::Isometry3d T_keyframe_robot_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_before_now_ = Eigen::Isometry3d::Identity();  // of the last step
+};
+
+}  // namespace hybrid
