@@ -144,6 +144,10 @@ def make_files():
     pathlib.Path("directions.csv").write_text("".join(",".join([row[0], *row[2:]]) + "\n" for row in rows), encoding="utf-8")
     pathlib.Path("fixes.csv").write_text("time,lat,lon\n" + "".join(f"{t},-33.885,{151.19 + 1e-5 * t}\n" for t in range(4)), encoding="utf-8")
     pathlib.Path("enu.csv").write_text("time,x,y,sigma\n" + "".join(f"{t},{t},0,0.5\n" for t in range(4)), encoding="utf-8")
+    os.mkdir("drive")  # to the east, 2 m a second
+    pathlib.Path("drive/odometry.csv").write_text("time,x,y,yaw\n" + "".join(f"{t},{2 * t},0,0\n" for t in range(60)), encoding="utf-8")
+    degree = 111320 * math.cos(math.radians(33.885))  # of longitude [m]
+    pathlib.Path("drive/fixes.csv").write_text("time,lat,lon\n" + "".join(f"{t},-33.885,{151.19 + 2 * t / degree:.9f}\n" for t in range(60)), encoding="utf-8")
     os.mkdir("tables")
     for folder in (".", "tables"):
         pathlib.Path(folder, "odometry.csv").write_text(odometry, encoding="utf-8")
