@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
+
+#include "libhybrid/core/detail/quantile.h"
 
 namespace hybrid {
 namespace {
@@ -78,8 +81,8 @@ std::size_t count(const std::vector<bool>& which) {
 
 }  // namespace
 
-std::optional<DatumAlignment> align_to_datum(const std::vector<DatumPair>& pairs,
-                                             double most_sigma_turn) {
+std::optional<Eigen::Isometry3d> align_to_datum(const std::vector<DatumPair>& pairs,
+                                                double most_sigma_turn) {
   if (pairs.size() < 3) return std::nullopt;
   double way = 0;
   for (std::size_t i = 1; i < pairs.size(); ++i) {
@@ -115,19 +118,13 @@ std::optional<DatumAlignment> align_to_datum(const std::vector<DatumPair>& pairs
   }
   // Errors that last do not average out: each sighting of the direction is worth one fix.
   const double mean_spread = spread / static_cast<double>(count(best));
-  DatumAlignment out;
-  out.sigma_turn = 1 / std::sqrt(std::max(mean_spread, 1e-12));
-  if (out.sigma_turn > most_sigma_turn) return std::nullopt;
+  if (mean_spread * most_sigma_turn * most_sigma_turn < 1) return std::nullopt;
   std::vector<double> heights;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (best[i]) heights.push_back(pairs[i].in_datum.z() - pairs[i].in_map.z());
   }
-  std::nth_element(heights.begin(),
-                   heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2),
-                   heights.end());
-  out.T_datum_map.linear() = Eigen::AngleAxisd(T.turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  out.T_datum_map.translation() << T.shift, heights[heights.size() / 2];
-  out.agrees = std::move(best);
+  Eigen::Isometry3d out(Eigen::AngleAxisd(T.turn, Eigen::Vector3d::UnitZ()));
+  out.translation() << T.shift, median(std::move(heights));
   return out;
 }
 

@@ -17,17 +17,11 @@ struct DatumPair {
   double sigma = 1;  ///< of each horizontal axis of the fix [m]
 };
 
-/// Where a map is in the axes of a datum: turned about the vertical, and moved.
-struct DatumAlignment {
-  Eigen::Isometry3d T_datum_map = Eigen::Isometry3d::Identity();
-  double sigma_turn = 0;     ///< [rad]
-  std::vector<bool> agrees;  ///< by pair
-};
-
-/// The alignment on which most pairs agree, within three sigmas and what odometry drifts by.
-/// Nothing where no more than half do, or where the path is too short to tell the direction to
-/// `most_sigma_turn` [rad]. Costs the number of pairs; the same pairs give the same.
-std::optional<DatumAlignment> align_to_datum(const std::vector<DatumPair>& pairs,
-                                             double most_sigma_turn);
+/// T_datum_map, a turn about the vertical and a shift, on which most pairs agree, within three
+/// sigmas and what odometry drifts by. Nothing where no more than half do, or where the path is too
+/// short to tell the direction to `most_sigma_turn` [rad]. Costs the number of pairs; the same
+/// pairs give the same.
+std::optional<Eigen::Isometry3d> align_to_datum(const std::vector<DatumPair>& pairs,
+                                                double most_sigma_turn);
 
 }  // namespace hybrid

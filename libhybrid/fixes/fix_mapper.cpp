@@ -10,6 +10,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
@@ -68,11 +69,6 @@ ContinuousFactorPtr factor_of(const FixEntry& entry, const Eigen::Vector3d& meas
     return std::make_shared<BiasedPosition<Pose>>(entry.pose, *error, z, noise, lever, loss);
   }
   return std::make_shared<Position<Pose>>(entry.pose, z, noise, lever, loss);
-}
-
-double median(std::vector<double> x) {
-  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
-  return x[x.size() / 2];
 }
 
 }  // namespace
@@ -152,10 +148,8 @@ bool FixMapper::find_datum(const MapView& map) {
     pairs.push_back({isometry_at(map.values, entry.pose) * entry.fix.lever_arm(),
                      entry.fix.position, model_of(entry.fix).good_sigma});
   }
-  const auto found = align_to_datum(pairs, kMostTurn);
-  if (!found) return false;
-  T_datum_map_ = found->T_datum_map;
-  return true;
+  T_datum_map_ = align_to_datum(pairs, kMostTurn);
+  return T_datum_map_.has_value();
 }
 
 FixMapper::Place FixMapper::place_of(const FixEntry& entry, const KeyframeView* frame,
@@ -165,7 +159,8 @@ FixMapper::Place FixMapper::place_of(const FixEntry& entry, const KeyframeView* 
   const bool is_newest = frame != nullptr && entry.pose == frame->pose;
   const Eigen::Isometry3d T = is_newest ? frame->T_map_robot : isometry_at(map.values, entry.pose);
   const Eigen::Vector3d lever = entry.fix.lever_arm();
-  place.residual = (T_datum_map_->inverse() * entry.fix.position - T * lever).head(place.size);
+  place.antenna = T * lever;
+  place.residual = (T_datum_map_->inverse() * entry.fix.position - place.antenna).head(place.size);
   place.spread = Eigen::MatrixXd::Zero(place.size, place.size);
   place.joint_spread = place.spread;
   const auto newest = state_.newest.find(entry.robot);
@@ -173,11 +168,9 @@ FixMapper::Place FixMapper::place_of(const FixEntry& entry, const KeyframeView* 
       newest != state_.newest.end() && (newest->second.is_new || map.holds(newest->second.key));
   if (has_error) {
     const Error& error = newest->second;
-    place.error = error.is_new ? error.value
-                               : Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(
-                                     map.values.data(error.key), place.size));
+    place.error = error.value;
+    if (!error.is_new) *place.error = point_at(map.values, error.key).head(place.size);
   }
-  place.antenna = T * lever;
   if (is_newest && has_estimates_ && frame->covariance_of) try {
       const Eigen::MatrixXd J = jacobian_of(T, lever, map.is_3d);
       place.spread = frame->covariance_of({}, J);
@@ -326,11 +319,7 @@ void FixMapper::begin_error(FixEntry& entry, ErrorMode mode, const Place& place,
   const DiscreteKey* const before_mode = follows ? &found->second.mode : nullptr;
   out.delta.hybrid.push_back(error_step(model, before, next.key, next.mode, time, place.size));
   out.delta.discrete.push_back(mode_table(model, before_mode, next.mode, time));
-  if (place.size == 2) {
-    out.delta.values.insert(next.key, Eigen::Vector2d(next.value));
-  } else {
-    out.delta.values.insert(next.key, Eigen::Vector3d(next.value));
-  }
+  insert_point(out.delta.values, next.key, padded_point(next.value), place.size == 3);
   out.delta.assignment.set(next.mode.key, static_cast<int>(mode));
   state_.newest[entry.robot] = std::move(next);
 }

@@ -147,16 +147,14 @@ void Mapper::add_movers(MapResult& result) const {
 
 /// Fixes with the probabilities of their modes.
 void Mapper::add_fixes(MapResult& result) const {
-  for (const auto& plugin : plugins_) {
-    const auto* source = dynamic_cast<const FixSource*>(plugin.get());
-    if (source == nullptr) continue;
-    const std::vector<FixEntry>& fixes = source->fix_mapper().fixes();
-    const Uncertainty uncertainty = backend_->uncertainty({}, discrete_keys_of(fixes));
-    result.datum = source->datum();
-    const FixEstimator estimate(result.datum, backend_->values(), backend_->assignment(),
-                                uncertainty);
-    for (const FixEntry& entry : fixes) result.fixes.push_back(estimate(entry));
-  }
+  const FixSource* source = fix_source();
+  if (source == nullptr) return;
+  const std::vector<FixEntry>& fixes = source->fix_mapper().fixes();
+  const Uncertainty uncertainty = backend_->uncertainty({}, discrete_keys_of(fixes));
+  result.datum = source->datum();
+  const FixEstimator estimate(result.datum, backend_->values(), backend_->assignment(),
+                              uncertainty);
+  for (const FixEntry& entry : fixes) result.fixes.push_back(estimate(entry));
 }
 
 void Mapper::add_modes(MapResult& result) const {

@@ -61,9 +61,8 @@ TEST(DatumAlignment, OneThirdOfThePairsMayBeFalse) {
   }
   const auto found = align_to_datum(pairs, 0.1);
   ASSERT_TRUE(found);
-  EXPECT_NEAR(std::atan2(found->T_datum_map.linear()(1, 0), found->T_datum_map.linear()(0, 0)), 2.5,
-              0.05);
-  EXPECT_LT((found->T_datum_map * pairs[30].in_map - T * pairs[30].in_map).norm(), 1);
+  EXPECT_NEAR(std::atan2(found->linear()(1, 0), found->linear()(0, 0)), 2.5, 0.05);
+  EXPECT_LT((*found * pairs[30].in_map - T * pairs[30].in_map).norm(), 1);
 }
 
 TEST(DatumAlignment, AShortPathOrContradictionsTellNothing) {
