@@ -3,6 +3,7 @@
 #include "libhybrid/marginals/detail/posterior_model.h"
 
 #include <algorithm>
+#include <unordered_set>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/discrete/inference.h"
@@ -19,17 +20,23 @@ constexpr int kWholeGraph = 32;
 /// determined by rounding only; see Exchange.
 constexpr double kLeastInformationShare = 1e-10;
 
-int dimensions(const HybridGraph& graph, const Values& values) {
-  std::unordered_map<Key, bool> seen;
+/// Whether the variables of a graph have more dimensions than that, at no more cost than that.
+bool is_larger(const HybridGraph& graph, const Values& values, int dimensions) {
+  std::unordered_set<Key> seen;
   int sum = 0;
-  const auto visit = [&](const std::vector<Key>& keys) {
+  const auto add = [&](const std::vector<Key>& keys) {
     for (Key key : keys) {
-      if (seen.emplace(key, true).second) sum += values.type(key).dim;
+      if (seen.insert(key).second) sum += values.type(key).dim;
     }
   };
-  graph.continuous().for_each([&](Handle, const auto& factor) { visit(factor->keys()); });
-  graph.hybrid().for_each([&](Handle, const auto& factor) { visit(factor->keys()); });
-  return sum;
+  const auto add_all = [&](const auto& factors) {
+    for (std::uint32_t i = 0; i < factors.capacity() && sum <= dimensions; ++i) {
+      if (factors.alive(i)) add(factors[i]->keys());
+    }
+  };
+  add_all(graph.continuous());
+  add_all(graph.hybrid());
+  return sum > dimensions;
 }
 
 template <class T>
@@ -178,7 +185,7 @@ void PosteriorModel::reoptimize(const HybridGraph& graph, const JointCovariance&
     assignment.set(key.key, estimate_.assignment.at(key.key));
   }
   const HybridGraph* whole = &graph;
-  if (dimensions(graph, estimate_.values) > kWholeGraph) {
+  if (is_larger(graph, estimate_.values, kWholeGraph)) {
     const std::vector<Key> keys = touched();
     for (const HybridFactor* factor : factors_) graph_.add(borrowed(*factor));
     if (!keys.empty()) {
