@@ -4,11 +4,13 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <string>
+#include <memory>
 
 #include "libhybrid/geometry/eigen.h"
 
 namespace HYBRID_API hybrid {
+
+struct FixModel;
 
 /// A measured position of an antenna on the robot, as satellite receivers give it.
 struct Fix {
@@ -21,7 +23,8 @@ struct Fix {
   /// Where the robot was at the time of the fix, in the frame of the keyframe that it is given to,
   /// as odometry tells.
   Eigen::Isometry3d T_keyframe_robot = Eigen::Isometry3d::Identity();
-  std::size_t row = 0;  ///< which fix of the log it is
+  std::shared_ptr<const FixModel> receiver;  ///< as measured; null: as the mapper has it
+  std::size_t row = 0;                       ///< which fix of the log it is
 
   /// Where the antenna was, in the frame of the keyframe [m].
   Eigen::Vector3d lever_arm() const { return T_keyframe_robot * antenna; }

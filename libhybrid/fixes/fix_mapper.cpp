@@ -100,9 +100,12 @@ double FixMapper::own_sigma() const {
 }
 
 FixModel FixMapper::model_of(const Fix& fix) const {
-  FixModel model = model_;
+  FixModel model = fix.receiver ? *fix.receiver : model_;
+  model.modes = model_.modes;
+  model.huber_width = model_.huber_width;
+  model.gate = model_.gate;
   if (fix.sigma > 0) model.good_sigma = fix.sigma;
-  model.own_sigma = own_sigma();
+  if (!fix.receiver) model.own_sigma = own_sigma();
   return model;
 }
 
@@ -239,7 +242,8 @@ FixMapper::Decision FixMapper::decide(const FixEntry& entry, const Place& place,
                   mode_cost(model, last != nullptr ? &before : nullptr, mode, since_last);
     if (!std::isfinite(cost)) continue;
     if (goes_on(mode)) {
-      const Eigen::VectorXd v = place.residual - kept_share(model, out.since_begin) * *place.error;
+      const double kept = kept_share(model, out.since_begin, is_biased(mode));
+      const Eigen::VectorXd v = place.residual - kept * *place.error;
       const double added = own + added_variance(model, out.since_begin);
       cost += gaussian_cost(v, place.joint_spread + added * I);
     } else {
@@ -272,7 +276,7 @@ void FixMapper::add(FixEntry& entry, const KeyframeView* frame, const MapView& m
   if (!decision.is_false) measure_own(place, entry);
   const bool begins =
       !decision.is_false && (!goes_on(decision.mode) || decision.since_begin >= kShares);
-  if (!place.error || begins) begin_error(entry, decision.mode, place, out);
+  if (!place.error || begins) begin_error(entry, decision, place, out);
   Error& error = state_.newest.at(entry.robot);
   if (!decision.is_false) error.last_time = entry.fix.time;
   entry.error = error.key;
@@ -301,8 +305,9 @@ void FixMapper::add_plain(FixEntry& entry, const Place& place, bool is_3d, Contr
       entry, std::nullopt, std::hypot(model.own_sigma, model.good_sigma), is_3d, loss));
 }
 
-void FixMapper::begin_error(FixEntry& entry, ErrorMode mode, const Place& place,
+void FixMapper::begin_error(FixEntry& entry, const Decision& decision, const Place& place,
                             Contribution& out) {
+  const ErrorMode mode = decision.mode;
   const FixModel model = model_of(entry.fix);
   const std::uint64_t number = state_.errors++;
   Error next;
@@ -314,7 +319,14 @@ void FixMapper::begin_error(FixEntry& entry, ErrorMode mode, const Place& place,
   const auto found = state_.newest.find(entry.robot);
   const bool follows = place.error.has_value();
   const double time = follows ? std::max(kLeastTime, next.time - found->second.time) : 0;
-  next.value = place.residual;  // so that the first discrete half-step finds the fix in its place
+  // Its estimate with all else held, as the first discrete half-step expects it.
+  const bool continues = follows && goes_on(mode);
+  const double variance =
+      continues ? added_variance(model, time) : new_variance(model, is_biased(mode));
+  const double gain = decision.is_false ? 0 : variance / (variance + model.own_sigma * model.own_sigma);
+  next.value = continues ? Eigen::VectorXd(kept_share(model, time, is_biased(mode)) * *place.error)
+                         : Eigen::VectorXd(Eigen::VectorXd::Zero(place.size));
+  next.value += gain * (place.residual - next.value);
   const Key* const before = follows ? &found->second.key : nullptr;
   const DiscreteKey* const before_mode = follows ? &found->second.mode : nullptr;
   out.delta.hybrid.push_back(error_step(model, before, next.key, next.mode, time, place.size));

@@ -47,6 +47,7 @@ class FixMapper {
   bool find_datum(const MapView& map);
   void refused();
 
+  const FixModel& model() const { return model_; }
   /// All fixes so far.
   const std::vector<FixEntry>& fixes() const { return fixes_; }
   /// Error of a single fix [m], as measured so far.
@@ -84,7 +85,8 @@ class FixMapper {
                                       double sigma, bool is_3d, Loss loss = {}) const;
   void add_plain(FixEntry& entry, const Place& place, bool is_3d, Contribution& out);
   Decision decide(const FixEntry& entry, const Place& place, const MapView& map) const;
-  void begin_error(FixEntry& entry, ErrorMode mode, const Place& place, Contribution& out);
+  void begin_error(FixEntry& entry, const Decision& decision, const Place& place,
+                   Contribution& out);
   void foresee_by_way(const FixEntry& entry, Place& place) const;
   void measure_own(const Place& place, const FixEntry& entry);
   FixModel model_of(const Fix& fix) const;

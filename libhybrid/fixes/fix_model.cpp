@@ -26,7 +26,7 @@ HybridFactorPtr step_of(const FixModel& model, const Key* before, Key error, Dis
     const auto what = static_cast<ErrorMode>(i);
     if (before != nullptr && goes_on(what)) {
       const Eigen::Matrix<double, N, N> F =
-          kept_share(model, time) * Eigen::Matrix<double, N, N>::Identity();
+          kept_share(model, time, is_biased(what)) * Eigen::Matrix<double, N, N>::Identity();
       components.push_back({std::make_shared<LinearMotion<N>>(
           *before, error, F, Vector::Zero(),
           Noise::isotropic(N, std::sqrt(added_variance(model, time))))});
@@ -41,15 +41,14 @@ HybridFactorPtr step_of(const FixModel& model, const Key* before, Key error, Dis
 
 }  // namespace
 
-double kept_share(const FixModel& model, double time) {
-  return std::exp(-time / model.lasts);
+double added_variance(const FixModel& model, double time) {
+  constexpr double kLeast = 1e-8;  // m^2
+  const double forgotten = -std::expm1(-2 * time / model.lasts);
+  return std::max(kLeast, model.good_sigma * model.good_sigma * forgotten);
 }
 
-double added_variance(const FixModel& model, double time) {
-  // What a good error varies by in its lifetime is good_sigma; a bias varies no faster.
-  constexpr double kLeast = 1e-8;  // m^2
-  const double kept = kept_share(model, time);
-  return std::max(kLeast, model.good_sigma * model.good_sigma * (1 - kept * kept));
+double kept_share(const FixModel& model, double time, bool biased) {
+  return std::sqrt(std::max(0.0, 1 - added_variance(model, time) / new_variance(model, biased)));
 }
 
 double new_variance(const FixModel& model, bool biased) {

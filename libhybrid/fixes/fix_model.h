@@ -47,12 +47,15 @@ inline bool goes_on(ErrorMode mode) {
   return mode == ErrorMode::kGood || mode == ErrorMode::kBiased;
 }
 
-/// By how much an error is forgotten in a time [s], and variance [m^2] of what is added to it.
-double kept_share(const FixModel& model, double time);
-double added_variance(const FixModel& model, double time);
-
 /// Variance [m^2] of an error that begins anew.
 double new_variance(const FixModel& model, bool biased);
+
+/// Variance [m^2] of what is added in a time [s] to an error that goes on. Biases vary no faster
+/// than good errors.
+double added_variance(const FixModel& model, double time);
+
+/// What is left of it then: so much that its variance stays that of new ones.
+double kept_share(const FixModel& model, double time, bool biased);
 
 /// -log p(mode | mode before, time between [s]); infinite where one cannot follow the other. For
 /// the first error, `before` is nothing, and none goes on.

@@ -48,4 +48,10 @@ GeodeticPoint LocalFrame::to_geodetic(const Eigen::Vector3d& local) const {
   return geodetic_of(origin_ + R_ecef_local_ * local);
 }
 
+Eigen::Isometry3d LocalFrame::pose_in(const LocalFrame& other) const {
+  const Eigen::Matrix3d R_other_ecef = other.R_ecef_local_.transpose();
+  return Eigen::Translation3d(R_other_ecef * (origin_ - other.origin_)) *
+         Eigen::Isometry3d(R_other_ecef * R_ecef_local_);
+}
+
 }  // namespace hybrid

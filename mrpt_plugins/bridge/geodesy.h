@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "libhybrid/export.h"
 #include "libhybrid/geometry/eigen.h"
 
@@ -29,6 +31,9 @@ class LocalFrame {
 
   Eigen::Vector3d to_local(const GeodeticPoint& point) const;
   GeodeticPoint to_geodetic(const Eigen::Vector3d& local) const;
+
+  /// Where this frame is in another one.
+  Eigen::Isometry3d pose_in(const LocalFrame& other) const;
 
   const GeodeticPoint& datum() const { return datum_; }
 

@@ -25,6 +25,9 @@ using mrpt::obs::gnss::Message_NV_OEM6_BESTPOS;
 
 constexpr double kMostAntenna = 1000;  // m
 constexpr double kMostSigma = 1e4;     // m
+constexpr double kNear = 1000;         // m, between two fixes that confirm each other
+constexpr double kFastest = 100;       // m/s, added to that
+constexpr double kMostDistant = 1e6;   // m, of a fix from the datum
 
 /// A message of an observation; null where it has none of this class. (MRPT's own function of that
 /// kind does not compile for observations that are const.)
@@ -113,6 +116,28 @@ std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, Drop
   }
   if (seen->timestamp != INVALID_TIMESTAMP) out->fix.time = seconds_of(seen->timestamp);
   return out;
+}
+
+bool DatumFinder::confirms(const LoggedFix& fix) {
+  if (frame_) return true;
+  const std::optional<LoggedFix> before = std::exchange(first_, fix);
+  if (!before) return false;
+  const double apart = (ecef_of(fix.place) - ecef_of(before->place)).norm();
+  if (apart > kNear + kFastest * std::max(0.0, fix.fix.time - before->fix.time)) return false;
+  frame_.emplace(before->place);
+  is_on_earth_ = before->is_on_earth;
+  return true;
+}
+
+std::optional<Eigen::Vector3d> DatumFinder::to_local(const LoggedFix& fix, DropReport& report) {
+  if (!confirms(fix)) {
+    ++report["fix dropped: before two that confirm each other"];
+    return std::nullopt;
+  }
+  const Eigen::Vector3d local = frame_->to_local(fix.place);
+  if (local.norm() <= kMostDistant) return local;
+  ++report["fix dropped: farther than 1,000 km from the datum"];
+  return std::nullopt;
 }
 
 void FixCollector::move(double time, const std::optional<OdometryIncrement>& odometry,

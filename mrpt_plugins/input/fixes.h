@@ -29,6 +29,24 @@ struct LoggedFix {
 /// finite, at latitude and longitude zero, or of an antenna farther than 1 km from the robot.
 std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, DropReport& report);
 
+/// Puts fixes into the axes of a datum: the first fix that the next one confirms.
+class DatumFinder {
+ public:
+  /// East, north, up [m]; nothing, which is counted in `report`, before there is a datum, and for
+  /// fixes farther than 1,000 km from it.
+  std::optional<Eigen::Vector3d> to_local(const LoggedFix& fix, DropReport& report);
+
+  const std::optional<LocalFrame>& frame() const { return frame_; }
+  bool is_on_earth() const { return is_on_earth_; }
+
+ private:
+  bool confirms(const LoggedFix& fix);
+
+  std::optional<LoggedFix> first_;  // that waits to be confirmed
+  std::optional<LocalFrame> frame_;
+  bool is_on_earth_ = true;
+};
+
 /// The fixes between keyframes, placed by odometry.
 class FixCollector {
  public:

@@ -262,6 +262,7 @@ void KeyframeSource::collect_fixes(const LogStep& step) {
     auto fix = fix_in(*observation, dropped_);
     if (!fix) continue;
     if (fix->fix.time != 0) fix->fix.time += options_.reader.clock_offset;
+    options_.correction.correct(fix->fix);
     fixes_.add(std::move(*fix), dropped_);
   }
 }

@@ -74,8 +74,14 @@ void LogCorrection::correct(const std::string& label, LaserScan& scan) const {
   if (found != lasers.end()) scan = corrected(std::move(scan), found->second);
 }
 
+void LogCorrection::correct(Fix& fix) const {
+  fix.sigma *= fix_sigma_factor;
+  if (fix.time != 0) fix.time -= fix_delay;
+  fix.receiver = receiver;
+}
+
 bool LogCorrection::is_none() const {
-  return translation == 1 && rotation == 1 && !hides_ids &&
+  return !receiver && translation == 1 && rotation == 1 && !hides_ids &&
          std::all_of(lasers.begin(), lasers.end(),
                      [](const auto& laser) { return laser.second.is_as_stated(); }) &&
          std::all_of(sensors.begin(), sensors.end(),

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "libhybrid/detections/detection.h"
+#include "libhybrid/fixes/fix.h"
+#include "libhybrid/fixes/receiver_fit.h"
 #include "libhybrid/scans/laser_mounting.h"
 #include "libhybrid/uncertainty/sensor_delay.h"
 #include "mrpt_plugins/input/odometry.h"
@@ -44,6 +46,9 @@ struct LogCorrection {
   double translation = 1, rotation = 1;  ///< factors of the standard deviations of odometry
   bool hides_ids = false;                ///< ids are of a tracker
   std::set<std::int64_t> shared_ids;     ///< ids of two things each, which are hidden
+  std::shared_ptr<const FixModel> receiver;  ///< of fixes; null: not measured
+  double fix_sigma_factor = 1;               ///< of what fixes state
+  double fix_delay = 0;                      ///< their stamps are late by [s]
   /// By odometry, where a sensor is delayed.
   std::shared_ptr<const std::vector<OdometryPose>> path;
 
@@ -51,6 +56,7 @@ struct LogCorrection {
   void correct(double time, DetectionFrame& frame) const;
   void correct(OdometryIncrement& odometry) const;
   void correct(const std::string& label, LaserScan& scan) const;
+  void correct(Fix& fix) const;
 
   /// Whether the log is taken at its word.
   bool is_none() const;
@@ -83,6 +89,7 @@ struct LogFindings {
   LogCorrection correction;
   std::vector<NoiseRecord> noise;
   std::vector<AlignmentRecord> alignment;
+  std::vector<MovedFix> fixes;  ///< of satellite receivers, of which all below is still to measure
   std::vector<std::string> remarks;  ///< what differs from what is stated, for the user
 };
 

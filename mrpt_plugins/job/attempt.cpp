@@ -277,13 +277,14 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   tell_findings(settings, summary);
   session.place().tell(result, summary);
   tell(session.team(), summary);
-  const bool localizes = session.place().localizes();
-  const std::vector<RobotPart> parts = parts_of(result, mapper, tells_paths(truths) || localizes);
+  const bool lies_somewhere = session.place().localizes() || result.datum;
+  const std::vector<RobotPart> parts =
+      parts_of(result, mapper, tells_paths(truths) || lies_somewhere);
   adapt(truths, parts);
   compare_with_truth(settings, parts, truths, mapper, session.team(), summary);
   summary.provenance = provenance(request, settings, ini);
   warn(summary, input_warnings(ini, truths, parts, summary.provenance));
-  warn(summary, write_estimates(out, result, parts, truths, mapper, scans, localizes));
+  warn(summary, write_estimates(out, result, parts, truths, mapper, scans, lies_somewhere));
   summary.total_s = seconds_since(start);  // without pictures
   warn(summary, draw(request, out, result, parts, truths, mapper, movie));
   report.write(result, parts, truths, scans.drawn(), summary_json(summary));

@@ -17,6 +17,13 @@ const std::vector<double>* find(const Uncertainty& uncertainty, Key key) {
 
 }  // namespace
 
+FixSource* fix_source_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
+  for (const auto& plugin : plugins) {
+    if (auto* source = dynamic_cast<FixSource*>(plugin.get())) return source;
+  }
+  return nullptr;
+}
+
 std::vector<DiscreteKey> discrete_keys_of(const std::vector<FixEntry>& fixes) {
   std::vector<DiscreteKey> keys;
   std::optional<Key> last;

@@ -3,12 +3,14 @@
 
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "libhybrid/fixes/fix_mapper.h"
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/map_result.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace HYBRID_API hybrid {
 
@@ -24,6 +26,9 @@ class FixSource {
   /// map is set free, and fixes that have waited are added by MappingPlugin::revise.
   virtual bool find_datum(const MapView& map) = 0;
 };
+
+/// The plugin that maps fixes; null where none does.
+FixSource* fix_source_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins);
 
 /// The discrete variables of fixes, each once.
 std::vector<DiscreteKey> discrete_keys_of(const std::vector<FixEntry>& fixes);

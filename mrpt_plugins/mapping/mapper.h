@@ -28,6 +28,7 @@
 namespace HYBRID_API hybrid {
 
 class FixSource;
+FixSource* fix_source_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins);
 
 /// A robot of a map that several make.
 struct RobotOptions {
@@ -166,7 +167,7 @@ class Mapper {
   void tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
             std::array<std::size_t, 3>& first);
   void note_start(const Delta& motion, const BackendReport& report);
-  const FixSource* fix_source() const;
+  FixSource* fix_source() const { return fix_source_of(plugins_); }
   void look_for_datum();
   void set_start(Robot& robot, const KnownStart& start);
   void count(const BackendReport& report);

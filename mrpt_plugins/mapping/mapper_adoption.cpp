@@ -66,18 +66,11 @@ void Mapper::note_start(const Delta& motion, const BackendReport& report) {
   if (may_move || robot().options.motion.start->found) backend_->hold(pose_key(steps_.size()));
 }
 
-const FixSource* Mapper::fix_source() const {
-  for (const auto& plugin : plugins_) {
-    if (const auto* source = dynamic_cast<const FixSource*>(plugin.get())) return source;
-  }
-  return nullptr;
-}
-
 /// Once the axes of a datum are those of the map, its first poses are where the fixes say: all that
 /// is known of them besides is that they are about level.
 void Mapper::look_for_datum() {
   if (!may_find_datum_) return;
-  auto* source = const_cast<FixSource*>(fix_source());
+  FixSource* source = fix_source();
   const bool is_known = robots_.front().options.motion.start.has_value();
   may_find_datum_ = source != nullptr && !source->datum() && !is_known;
   if (!may_find_datum_ || !source->find_datum(view())) return;

@@ -11,14 +11,6 @@
 HYBRID_REGISTER_PLUGIN(Fixes, hybrid)
 
 namespace hybrid {
-namespace {
-
-constexpr double kNear = 1000;        // m, between two fixes that confirm each other
-constexpr double kFastest = 100;      // m/s, added to that
-constexpr double kMostDistant = 1e6;  // m, of a fix from the datum
-
-}  // namespace
-
 void Fixes::configure(IniSection section) {
   FixModel model;
   model.modes = section.get("modes", model.modes,
@@ -51,37 +43,17 @@ void Fixes::configure(IniSection section) {
   mapper_ = FixMapper(model);
 }
 
-/// Whether a fix can be put into the axes of the datum; the first that is confirmed becomes it.
-bool Fixes::confirms(const LoggedFix& fix) {
-  if (frame_) return true;
-  const std::optional<LoggedFix> before = std::exchange(first_, fix);
-  if (!before) return false;
-  const double apart = (ecef_of(fix.place) - ecef_of(before->place)).norm();
-  if (apart > kNear + kFastest * std::max(0.0, fix.fix.time - before->fix.time)) return false;
-  frame_.emplace(before->place);
-  is_on_earth_ = before->is_on_earth;
-  return true;
-}
-
 Contribution Fixes::observe(const Frame& frame, const MapView& map) {
   std::vector<Fix> fixes;
-  std::size_t unconfirmed = 0, far = 0;
+  DropReport dropped;
   for (const LoggedFix& logged : frame.fixes) {
-    if (!confirms(logged)) {
-      ++unconfirmed;
-      continue;
-    }
-    Fix fix = logged.fix;
-    fix.position = frame_->to_local(logged.place);
-    if (fix.position.norm() > kMostDistant) {
-      ++far;
-    } else {
-      fixes.push_back(fix);
-    }
+    const auto position = datum_.to_local(logged, dropped);
+    if (!position) continue;
+    fixes.push_back(logged.fix);
+    fixes.back().position = *position;
   }
   Contribution out = mapper_.observe(frame.view(), fixes, map, frame.robot);
-  if (unconfirmed > 0) out.dropped["fix dropped: before two that confirm each other"] = unconfirmed;
-  if (far > 0) out.dropped["fix dropped: farther than 1,000 km from the datum"] = far;
+  out.dropped = std::move(dropped);
   return out;
 }
 
@@ -107,8 +79,8 @@ std::map<std::string, double> Fixes::statistics() const {
 }
 
 std::optional<MapDatum> Fixes::datum() const {
-  if (!mapper_.datum() || !frame_) return std::nullopt;
-  return MapDatum{frame_->datum(), is_on_earth_, *mapper_.datum()};
+  if (!mapper_.datum() || !datum_.frame()) return std::nullopt;
+  return MapDatum{datum_.frame()->datum(), datum_.is_on_earth(), *mapper_.datum()};
 }
 
 }  // namespace hybrid

@@ -33,12 +33,8 @@ class Fixes : public MappingPlugin, public FixSource {
   bool find_datum(const MapView& map) override { return mapper_.find_datum(map); }
 
  private:
-  bool confirms(const LoggedFix& fix);
-
   FixMapper mapper_;
-  std::optional<LoggedFix> first_;  // that waits to be confirmed
-  std::optional<LocalFrame> frame_;
-  bool is_on_earth_ = true;
+  DatumFinder datum_;
   bool concluded_ = false;
 };
 

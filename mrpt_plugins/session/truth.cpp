@@ -79,9 +79,21 @@ void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& lo
 std::optional<mrpt::poses::CPose3D> Truth::origin(const MapResult& result,
                                                   const std::vector<std::size_t>& log_rows) const {
   if (truth_.path.empty() || result.trajectory.empty()) return std::nullopt;
+  if (frame_ && result.datum) return origin_by_datum(result);
   const mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
-  if (!result.in_known_map || content_ != TruthContent::kPoses) return origin;
+  const bool begins_elsewhere = result.in_known_map || result.datum;
+  if (!begins_elsewhere || content_ != TruthContent::kPoses) return origin;
   return origin + (mrpt::poses::CPose3D() - result.trajectory.front().pose);
+}
+
+/// The origin of a map that lies on earth; a planar one at the height of the first true pose.
+mrpt::poses::CPose3D Truth::origin_by_datum(const MapResult& result) const {
+  const Eigen::Isometry3d T_truth_datum = LocalFrame(result.datum->origin).pose_in(*frame_);
+  mrpt::poses::CPose3D origin = to_mrpt(T_truth_datum * result.datum->T_datum_map);
+  if (!result.is_3d) {
+    origin = {origin.x(), origin.y(), truth_.path.front().pose.z(), origin.yaw(), 0, 0};
+  }
+  return origin;
 }
 
 void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
@@ -219,6 +231,7 @@ std::vector<Truth> read_truths(const ReplaySettings& settings) {
     const std::string map = truths.empty() ? settings.truth_map : "";
     truths.emplace_back(robot.truth_path, map, robot.truth_point);
     truths.back().begin_at(robot.truth_step);
+    if (settings.truth_datum) truths.back().refer_to(*settings.truth_datum);
     if (!robot.truth_associations.empty()) {
       truths.back().read_associations(robot.truth_associations);
     }

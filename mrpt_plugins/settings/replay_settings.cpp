@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -16,6 +17,8 @@
 #include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/settings/detail/robots.h"
+#include "mrpt_plugins/mapping/fix_source.h"
+#include "mrpt_plugins/survey/fix_survey.h"
 #include "mrpt_plugins/survey/laser_survey.h"
 #include "mrpt_plugins/survey/log_survey.h"
 
@@ -81,6 +84,17 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
                              kCoordinate);
   if (point.size() != 3) log.fail("truth_point", "needs three numbers");
   robot.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
+  const auto datum =
+      log.get("truth_datum", std::vector<double>{},
+              "latitude, longitude [deg] and altitude [m] of the place on earth to whose east, "
+              "north and up the true path refers: a map with fixes is then compared where it lies "
+              "on earth; 0 0 0 for fixes in metres without a datum; empty: unknown",
+              kCoordinate);
+  if (!datum.empty()) {
+    if (datum.size() != 3) log.fail("truth_datum", "needs three numbers");
+    if (!(std::abs(datum[0]) <= 90)) log.fail("truth_datum", "begins with a latitude, up to 90");
+    settings.truth_datum = GeodeticPoint{datum[0], datum[1], datum[2]};
+  }
   settings.truth_map =
       file_path(log, "truth_map", "true landmarks, MRPT's _ground_truth.txt; empty: unknown");
   settings.truth_movers = file_path(
@@ -245,16 +259,19 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
     if (!all && !measured) continue;
     LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
     LaserSurvey lasers(robot.source.scans);
+    FixSurvey fixes;
     const bool measures_lasers = robot.source.noise != NoiseSource::kStated;
     const StepWatcher watcher = [&](const LogStep& step,
                                     const std::vector<DetectionFrame>& frames) {
       if (surveyed) survey.add(step, frames);
       if (measures_lasers) lasers.add(step);
+      if (surveyed) fixes.add(step);
     };
     LogContents own = read_contents(robot.rawlog, robot.source, watcher);
     robot.source.steps = own.steps;
     if (surveyed) robot.findings = measured ? survey.conclude() : survey.conclude_ids();
     lasers.conclude(robot.findings);
+    robot.findings.fixes = fixes.release();
     const double stated = robot.source.correction.translation;
     robot.source.correction = robot.findings.correction;
     robot.source.correction.translation *= stated;
@@ -263,6 +280,16 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
     contents.add(own);
   }
   return contents;
+}
+
+/// Measures the receivers of logs that were read; odometry as well where fixes alone tell of it.
+void measure_receivers(ReplaySettings& settings) {
+  const FixSource* source = fix_source_of(settings.plugins);
+  for (RobotSettings& robot : settings.robots) {
+    if (source == nullptr || robot.source.noise == NoiseSource::kStated) continue;
+    measure_fixes(source->fix_mapper().model(), settings.plugins.size() == 1, robot.findings,
+                  robot.source.correction);
+  }
 }
 
 /// Which of the plugins see what each robot observes.
@@ -313,7 +340,8 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
       reject_second_reading(request, robot.source, is_auto(names));
     }
   }
-  const LogContents contents = read_logs(settings, is_auto(names));
+  const LogContents contents =
+      read_logs(settings, is_auto(names) || fix_source_of(settings.plugins) != nullptr);
   if (is_auto(names)) {
     settings.chosen = choose_plugins(contents);
     for (const std::string& name : settings.chosen) settings.plugins.push_back(make(name));
@@ -325,6 +353,7 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
       asked.insert(asked.end(), classes.begin(), classes.end());
     }
   }
+  measure_receivers(settings);
   space_keyframes(ini, settings);
   settings.keeps_scans = keeps_scans(scans, settings);
   choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/settings/map_options.h"
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/settings/replay_request.h"
 
 namespace HYBRID_API hybrid {
@@ -33,6 +35,8 @@ struct RobotSettings {
 /// Everything a replay needs, from INI and command line.
 struct ReplaySettings {
   std::string title, truth_map, truth_movers;
+  /// Place to whose east, north and up the true paths refer.
+  std::optional<GeodeticPoint> truth_datum;
   double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
   std::vector<RobotSettings> robots;
   bool sightings = true;   ///< of robots by robots are used

@@ -2,6 +2,7 @@
 # Copyright (c) 2026, the hybrid mapping authors
 """A replay as a function. The first call loads MRPT."""
 
+import csv
 import json
 import os
 import pathlib
@@ -80,6 +81,27 @@ class ReplayResult(dict):
     def things(self) -> np.ndarray:
         """How many things each landmark (n,) stands for."""
         return np.array([landmark["things"] for landmark in self.landmarks], dtype=int)
+
+    @property
+    def fixes(self) -> list[dict]:
+        """Each fix of satellite receivers: time [s], keyframe, measured (3,) and antenna (3,) [m, in the map], error (3,)
+        that lasts [m, east, north, up], sigma as stated [m], mode ("good", "biased", "false", or None where it is not
+        used), probabilities of these modes (3,), not_used: why. Empty where the log has none."""
+        file = self.folder / "fixes.csv"
+        if not file.exists():
+            return []
+
+        def numbers(row, *names):
+            return np.array([float(row[name]) if row[name] else np.nan for name in names])
+
+        with file.open(encoding="utf-8", newline="") as table:
+            return [{"time": float(row["time"]), "keyframe": int(row["keyframe"]),
+                     "measured": numbers(row, "x", "y", "z"),
+                     "antenna": numbers(row, "antenna_x", "antenna_y", "antenna_z"),
+                     "error": numbers(row, "error_east", "error_north", "error_up"),
+                     "sigma": float(row["sigma"]), "mode": row["mode"] or None,
+                     "probabilities": numbers(row, "p_good", "p_biased", "p_false"),
+                     "not_used": row["not_used"]} for row in csv.DictReader(table)]
 
     def __repr__(self):
         return (f"<ReplayResult {str(self.folder)!r}: {self.get('status')}, {self.get('keyframes')} keyframes, "

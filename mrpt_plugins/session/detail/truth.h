@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,9 @@ class Truth {
 
   /// The step of the log that the first row of a path without times is of.
   void begin_at(std::size_t step) { first_step_ = step; }
+
+  /// Its axes are east, north and up of that place: a map that knows where it lies is not aligned.
+  void refer_to(const GeodeticPoint& datum) { frame_.emplace(datum); }
 
   /// Reads what measurements without an id saw. Throws Error for a missing or malformed file.
   void read_associations(const std::string& file) { associations_ = read_true_associations(file); }
@@ -85,7 +89,10 @@ class Truth {
   mrpt::poses::CPose3D origin_of_map(const Trajectory& estimate,
                                      const std::vector<std::size_t>& log_rows) const;
 
+  mrpt::poses::CPose3D origin_by_datum(const MapResult& result) const;
+
   GroundTruth truth_;
+  std::optional<LocalFrame> frame_;
   AssociationTruth associations_;
   std::string path_file_, map_file_;
   std::vector<std::string> landmark_classes_;  // one per landmark, empty where unknown

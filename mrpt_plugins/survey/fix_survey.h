@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "libhybrid/fixes/receiver_fit.h"
+#include "mrpt_plugins/input/fixes.h"
+#include "mrpt_plugins/input/log_correction.h"
+
+namespace HYBRID_API hybrid {
+
+/// Collects the fixes of a log with the motion by odometry between them.
+class FixSurvey {
+ public:
+  void add(const LogStep& step);
+  /// Hands over what was collected.
+  std::vector<MovedFix> release() { return std::move(fixes_); }
+
+ private:
+  void take(const LoggedFix& fix, double early);
+
+  DatumFinder datum_;
+  std::vector<MovedFix> fixes_;
+  DropReport dropped_;  // of which the mapping tells
+  OdometryIncrement since_;
+  Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();
+  double time_ = 0;
+  bool is_broken_ = true;  // the motion since the last fix is not known
+};
+
+/// Measures noise and clock of a receiver whose fixes are in `findings`, which it says there, and
+/// of the odometry, where `tells_odometry`: no other sensor tells it. Adds to the correction what
+/// is to be used in place of what is stated.
+void measure_fixes(const FixModel& prior, bool tells_odometry, LogFindings& findings,
+                   LogCorrection& correction);
+
+}  // namespace hybrid
