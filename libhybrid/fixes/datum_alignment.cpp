@@ -17,6 +17,8 @@ constexpr std::size_t kTried = 24;  // pairs, any two of which give a hypothesis
 constexpr double kDrift = 0.03;     // of odometry, as a share of the way between two pairs
 constexpr double kAgree = 3;        // sigmas
 constexpr int kRounds = 10;         // of least squares
+/// Of so many pairs that tell nothing the sigmas may be stated too large by this factor.
+constexpr double kMany = 100, kTooLarge = 4;
 
 /// A turn about the vertical and a shift in the plane.
 struct Planar {
@@ -79,11 +81,9 @@ std::size_t count(const std::vector<bool>& which) {
   return static_cast<std::size_t>(std::count(which.begin(), which.end(), true));
 }
 
-}  // namespace
-
-std::optional<Eigen::Isometry3d> align_to_datum(const std::vector<DatumPair>& pairs,
-                                                double most_sigma_turn) {
-  if (pairs.size() < 3) return std::nullopt;
+/// Aligns by the sigmas of the pairs.
+std::optional<Eigen::Isometry3d> align(const std::vector<DatumPair>& pairs,
+                                       double most_sigma_turn) {
   double way = 0;
   for (std::size_t i = 1; i < pairs.size(); ++i) {
     way += (pairs[i].in_map - pairs[i - 1].in_map).norm();
@@ -126,6 +126,18 @@ std::optional<Eigen::Isometry3d> align_to_datum(const std::vector<DatumPair>& pa
   Eigen::Isometry3d out(Eigen::AngleAxisd(T.turn, Eigen::Vector3d::UnitZ()));
   out.translation() << T.shift, median(std::move(heights));
   return out;
+}
+
+}  // namespace
+
+std::optional<Eigen::Isometry3d> align_to_datum(std::vector<DatumPair> pairs,
+                                                double most_sigma_turn) {
+  if (pairs.size() < 3) return std::nullopt;
+  for (auto enough = static_cast<double>(pairs.size());; enough /= kTooLarge) {
+    if (const auto found = align(pairs, most_sigma_turn)) return found;
+    if (enough < kMany) return std::nullopt;
+    for (DatumPair& pair : pairs) pair.sigma /= kTooLarge;
+  }
 }
 
 }  // namespace hybrid

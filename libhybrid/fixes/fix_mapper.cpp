@@ -138,6 +138,14 @@ void FixMapper::refused() {
   state_ = before_;
 }
 
+void FixMapper::forget_waiting() {
+  for (; state_.answered < fixes_.size(); ++state_.answered) {
+    fixes_[state_.answered].unused = "most others are farther than 1,000 km";
+  }
+  before_ = state_;
+  looked_ = state_.answered;
+}
+
 bool FixMapper::find_datum(const MapView& map) {
   const std::size_t all = fixes_.size();
   // Looking costs as much as there are fixes: so it is done when a tenth has been added.
@@ -147,7 +155,7 @@ bool FixMapper::find_datum(const MapView& map) {
   std::vector<DatumPair> pairs;
   for (std::size_t i = first; i < all; ++i) {
     const FixEntry& entry = fixes_[i];
-    if (!map.values.contains(entry.pose)) continue;
+    if (!entry.unused.empty() || !map.values.contains(entry.pose)) continue;
     pairs.push_back({isometry_at(map.values, entry.pose) * entry.fix.lever_arm(),
                      entry.fix.position, model_of(entry.fix).good_sigma});
   }

@@ -46,6 +46,8 @@ class FixMapper {
   /// free.
   bool find_datum(const MapView& map);
   void refused();
+  /// The datum was a false one: what has waited so far is not used.
+  void forget_waiting();
 
   const FixModel& model() const { return model_; }
   /// All fixes so far.

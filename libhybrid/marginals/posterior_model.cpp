@@ -200,8 +200,13 @@ void PosteriorModel::reoptimize(const HybridGraph& graph, const JointCovariance&
         variances_.emplace_back(
             key, gaussian.covariance.diagonal().segment(gaussian.place.at(key), dim));
       }
-      ContinuousFactorPtr outside = outside_prior(gaussian, sites_);
-      if (outside != nullptr) graph_.add(std::move(outside));
+      try {
+        ContinuousFactorPtr outside = outside_prior(gaussian, sites_);
+        if (outside != nullptr) graph_.add(std::move(outside));
+      } catch (const Error&) {  // of so large rounding errors that nothing can be told
+        under_constrained_ = keys;
+        return;
+      }
     }
     whole = &graph_;
   } else {

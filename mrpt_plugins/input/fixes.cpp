@@ -118,6 +118,12 @@ std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, Drop
   return out;
 }
 
+bool RepeatedFixes::is_repeated(const GeodeticPoint& place) {
+  const std::optional<GeodeticPoint> last = std::exchange(last_, place);
+  return last && last->latitude == place.latitude && last->longitude == place.longitude &&
+         last->altitude == place.altitude;
+}
+
 bool DatumFinder::confirms(const LoggedFix& fix) {
   if (frame_) return true;
   const std::optional<LoggedFix> before = std::exchange(first_, fix);
@@ -135,7 +141,11 @@ std::optional<Eigen::Vector3d> DatumFinder::to_local(const LoggedFix& fix, DropR
     return std::nullopt;
   }
   const Eigen::Vector3d local = frame_->to_local(fix.place);
-  if (local.norm() <= kMostDistant) return local;
+  if (local.norm() <= kMostDistant) {
+    ++near_;
+    return local;
+  }
+  ++far_;
   ++report["fix dropped: farther than 1,000 km from the datum"];
   return std::nullopt;
 }
@@ -156,13 +166,10 @@ void FixCollector::move(double time, const std::optional<OdometryIncrement>& odo
 
 void FixCollector::add(LoggedFix fix, DropReport& report) {
   fix.fix.row = rows_++;
-  const GeodeticPoint& p = fix.place;
-  if (last_ && last_->latitude == p.latitude && last_->longitude == p.longitude &&
-      last_->altitude == p.altitude) {
+  if (repeats_.is_repeated(fix.place)) {
     ++report["fix dropped: the receiver repeats the last one"];
     return;
   }
-  last_ = p;
   fix.fix.T_keyframe_robot = T_keyframe_robot_;
   const double period = time_ - time_before_, early = time_ - fix.fix.time;
   if (fix.fix.time == 0) {

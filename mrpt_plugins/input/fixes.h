@@ -29,6 +29,15 @@ struct LoggedFix {
 /// finite, at latitude and longitude zero, or of an antenna farther than 1 km from the robot.
 std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, DropReport& report);
 
+/// Tells where a receiver gives its last fix once more, with a new stamp.
+class RepeatedFixes {
+ public:
+  bool is_repeated(const GeodeticPoint& place);
+
+ private:
+  std::optional<GeodeticPoint> last_;
+};
+
 /// Puts fixes into the axes of a datum: the first fix that the next one confirms.
 class DatumFinder {
  public:
@@ -38,6 +47,8 @@ class DatumFinder {
 
   const std::optional<LocalFrame>& frame() const { return frame_; }
   bool is_on_earth() const { return is_on_earth_; }
+  /// Whether most fixes are farther than that: the datum is a false one.
+  bool is_contradicted() const { return far_ > near_; }
 
  private:
   bool confirms(const LoggedFix& fix);
@@ -45,6 +56,7 @@ class DatumFinder {
   std::optional<LoggedFix> first_;  // that waits to be confirmed
   std::optional<LocalFrame> frame_;
   bool is_on_earth_ = true;
+  std::size_t near_ = 0, far_ = 0;
 };
 
 /// The fixes between keyframes, placed by odometry.
@@ -59,7 +71,7 @@ class FixCollector {
 
  private:
   std::vector<LoggedFix> fixes_;  // with the pose since the last keyframe
-  std::optional<GeodeticPoint> last_;
+  RepeatedFixes repeats_;
   std::size_t rows_ = 0;
   double time_ = 0, time_before_ = 0;
   Eigen::Isometry3d T_keyframe_robot_ = Eigen::Isometry3d::Identity();

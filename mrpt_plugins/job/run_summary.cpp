@@ -34,6 +34,13 @@ std::string refusals(const Mapper& mapper) {
 /// Why nothing but dead reckoning came out.
 std::string why_empty(const Mapper& mapper, const Summary& summary) {
   const std::map<std::string, double> figures = mapper.statistics();
+  const auto fixes = figures.find("fixes");
+  if (fixes != figures.end() && fixes->second > 0) {
+    return fmt::format(
+        "nothing was mapped: none of {:.0f} fixes was used, and the path is dead reckoning; what "
+        "was dropped tells why",
+        fixes->second);
+  }
   const auto scans = figures.find("scans");
   if (scans == figures.end() || scans->second == 0) {
     return "no landmark was mapped: " + why_nothing_mapped(summary.observations);

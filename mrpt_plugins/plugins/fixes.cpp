@@ -48,6 +48,11 @@ Contribution Fixes::observe(const Frame& frame, const MapView& map) {
   DropReport dropped;
   for (const LoggedFix& logged : frame.fixes) {
     const auto position = datum_.to_local(logged, dropped);
+    if (datum_.is_contradicted() && !mapper_.datum()) {
+      datum_ = {};
+      fixes.clear();
+      mapper_.forget_waiting();
+    }
     if (!position) continue;
     fixes.push_back(logged.fix);
     fixes.back().position = *position;

@@ -48,7 +48,7 @@ void FixSurvey::add(const LogStep& step) {
   }
   for (const auto& observation : step.observations) {
     const auto fix = fix_in(*observation, dropped_);
-    if (!fix) continue;
+    if (!fix || repeats_.is_repeated(fix->place)) continue;
     // Stamps that are far from the step are of another clock.
     const double early = fix->fix.time != 0 ? step.time - fix->fix.time : 0;
     take(*fix, period > 0 && std::abs(early) <= 2 * period ? early : 0);
@@ -57,6 +57,11 @@ void FixSurvey::add(const LogStep& step) {
 
 void FixSurvey::take(const LoggedFix& fix, double early) {
   const auto position = datum_.to_local(fix, dropped_);
+  if (datum_.is_contradicted()) {
+    datum_ = {};
+    fixes_.clear();
+    is_broken_ = true;
+  }
   if (!position) return;
   MovedFix out;
   out.time = time_;

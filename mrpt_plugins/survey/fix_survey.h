@@ -23,6 +23,7 @@ class FixSurvey {
   void take(const LoggedFix& fix, double early);
 
   DatumFinder datum_;
+  RepeatedFixes repeats_;
   std::vector<MovedFix> fixes_;
   DropReport dropped_;  // of which the mapping tells
   OdometryIncrement since_;

@@ -65,6 +65,19 @@ TEST(DatumAlignment, OneThirdOfThePairsMayBeFalse) {
   EXPECT_LT((*found * pairs[30].in_map - T * pairs[30].in_map).norm(), 1);
 }
 
+TEST(DatumAlignment, ManyPairsTellThatTheirSigmasAreTooLarge) {
+  std::vector<DatumPair> pairs;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector3d p(0.5 * i, 8 * std::sin(0.1 * i), 0);
+    pairs.push_back({p, p + Eigen::Vector3d(7, 8, 0), 100});
+  }
+  const auto found = align_to_datum(pairs, 0.1);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->translation() - Eigen::Vector3d(7, 8, 0)).norm(), 1e-6);
+  pairs.resize(50);
+  EXPECT_FALSE(align_to_datum(pairs, 0.1));
+}
+
 TEST(DatumAlignment, AShortPathOrContradictionsTellNothing) {
   std::vector<DatumPair> pairs;
   for (int i = 0; i < 60; ++i) pairs.push_back({{0.01 * i, 0, 0}, {0.01 * i, 0, 0}, 1});

@@ -133,6 +133,23 @@ TEST(Chordal, LandmarksArePlacedWithThePoses) {
   expect_optimum_from_nowhere<SE3>();
 }
 
+TEST(Chordal, PointsThatNoPoseSeesStayAsTheyAre) {
+  HybridGraph graph;
+  Values values;
+  const Key a('x', 0), b('x', 1), error('e', 0);
+  values.insert(a, SE2());
+  values.insert(b, SE2(9, 9, 2));
+  values.insert(error, Eigen::Vector2d(3, 4));
+  std::vector<ContinuousFactorPtr> factors{
+      std::make_shared<Prior<SE2>>(a, SE2(), Noise::isotropic(3, 0.1)),
+      std::make_shared<BetweenSE2>(a, b, SE2(1, 0, 0), Noise::isotropic(3, 0.1)),
+      std::make_shared<Prior<Eigen::Vector2d>>(error, Eigen::Vector2d(0, 0),
+                                               Noise::isotropic(2, 1))};
+  const Values found = chordal_initialization(factors, values);
+  EXPECT_NEAR(found.at<SE2>(b).x(), 1, 1e-6);
+  EXPECT_EQ(found.at<Eigen::Vector2d>(error), Eigen::Vector2d(3, 4));
+}
+
 template <class Pose>
 void expect_lower_minimum(double turn_sigma) {
   int lower = 0;

@@ -75,6 +75,23 @@ TEST(FixCollector, FixesArePlacedByTheirOwnTimes) {
   EXPECT_TRUE(report.empty());
 }
 
+TEST(DatumFinder, ADatumThatMostFixesContradictIsTold) {
+  DropReport report;
+  DatumFinder finder;
+  const auto take = [&](double latitude) {
+    return finder.to_local(*fix_in(satellite_fix(latitude, 8), report), report).has_value();
+  };
+  EXPECT_FALSE(take(-50)) << "no other confirms it yet";
+  EXPECT_TRUE(take(-50.0001));
+  EXPECT_TRUE(take(-50.0002));
+  EXPECT_FALSE(take(50));
+  EXPECT_FALSE(take(50.0001));
+  EXPECT_FALSE(finder.is_contradicted());
+  EXPECT_FALSE(take(50.0002));
+  EXPECT_TRUE(finder.is_contradicted());
+  EXPECT_EQ(report["fix dropped: farther than 1,000 km from the datum"], 3U);
+}
+
 TEST(FixCollector, ARepeatedFixCountsOnce) {
   DropReport report;
   FixCollector collector;
