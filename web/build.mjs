@@ -18,20 +18,22 @@ const plots = readFileSync(join(here, 'node_modules/uplot/dist/uPlot.min.css'), 
 const style = await build({ ...common, stdin: { contents: plots + readFileSync(join(here, 'src/style.css'), 'utf8'), loader: 'css' },
   charset: 'utf8' });
 
-/** The licence of every package that is inside. */
+/** The licence of every package that is inside; those of the same text share it. */
 function licences(metafile) {
   const names = new Set();
   for (const file of Object.keys(metafile.inputs)) {
     const match = /node_modules\/((?:@[^/]+\/)?[^/]+)/.exec(file);
     if (match) names.add(match[1]);
   }
-  return [...names].sort().map(name => {
+  const packages = new Map();  // by the text of their licence
+  for (const name of [...names].sort()) {
     const folder = join(here, 'node_modules', name);
     const about = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
     const file = readdirSync(folder).find(f => /^licen[cs]e/i.test(f));
     const text = file && existsSync(join(folder, file)) ? readFileSync(join(folder, file), 'utf8').trim() : about.license;
-    return `${name} ${about.version} (${about.license})\n\n${text}`;
-  }).join('\n\n----\n\n');
+    packages.set(text, [...(packages.get(text) ?? []), `${name} ${about.version} (${about.license})`]);
+  }
+  return [...packages].map(([text, list]) => `${list.join('\n')}\n\n${text}`).join('\n\n----\n\n');
 }
 
 const own = 'The page: BSD-3-Clause, Copyright (c) 2026, the hybrid mapping authors. It holds:\n\n';

@@ -285,6 +285,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   summary.provenance = provenance(request, settings, ini);
   warn(summary, input_warnings(ini, truths, parts, summary.provenance));
   warn(summary, write_estimates(out, result, parts, truths, mapper, scans, lies_somewhere));
+  warn(summary, write_globe(out, result, session.place().origin()));
   summary.total_s = seconds_since(start);  // without pictures
   warn(summary, draw(request, out, result, parts, truths, mapper, movie));
   report.write(result, parts, truths, scans.drawn(), summary_json(summary));

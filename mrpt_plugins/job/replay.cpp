@@ -177,6 +177,15 @@ void map_sparsely(const ReplayRequest& request, Attempts& attempts, Attempt& tak
   }
 }
 
+/// Maps logs without their fixes where these may be what is wrong, and keeps the map that agrees
+/// better.
+void map_without_fixes(Attempts& attempts, Attempt& taken) {
+  const auto without = without_fixes(taken.request, taken.outcome.summary);
+  if (!without) return;
+  const Health before = taken.outcome.summary.health;
+  take(attempts.make(*without, {&before, agrees_better}), taken);
+}
+
 /// Adds all maps that were made to the summary of the one that was taken.
 void tell_draws(const std::vector<DrawSummary>& draws, ReplayOutcome& outcome) {
   outcome.summary.draws = draws;
@@ -202,6 +211,7 @@ ReplayOutcome replay(const ReplayRequest& request,
     map_as_measured(request, attempts, taken);
     if (taken.outcome.signal == 0) map_coarsely(request, first, attempts, taken);
     if (taken.outcome.signal == 0) map_sparsely(request, attempts, taken);
+    if (taken.outcome.signal == 0) map_without_fixes(attempts, taken);
   } catch (const Interrupted& e) {
     taken.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -6,7 +6,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+#include <optional>
+
 #include "libhybrid/io/write_graph.h"
+#include "mrpt_plugins/bridge/geodesy.h"
+#include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/output/figures.h"
 #include "mrpt_plugins/output/fix_writer.h"
 #include "mrpt_plugins/output/graph_export.h"
@@ -26,7 +31,36 @@ std::string file_of(const RobotPart& part, const std::string& name) {
   return part.name.empty() ? name : part.name + "/" + name;
 }
 
+/// How far two places of a map may be from each other and count as one: what a person reads off a
+/// map, beside errors of receivers.
+constexpr double kSamePlace = 10, kSameDirection = 3;  // m, deg
+
+/// How two places of the origin of a map differ; empty where they hardly do.
+std::vector<std::string> conflict(const MapOrigin& given, const MapOrigin& by_fixes) {
+  const Eigen::Vector3d apart = LocalFrame({given.latitude, given.longitude})
+                                    .to_local({by_fixes.latitude, by_fixes.longitude});
+  const double turn = std::remainder(by_fixes.direction - given.direction, 360.0);
+  if (apart.head<2>().norm() < kSamePlace && std::abs(turn) < kSameDirection) return {};
+  return {fmt::format(
+      "map.geojson is by [map] origin; by the fixes the origin of the map is {:.3g} m from there, "
+      "and its x axis turned by {:.2g} deg",
+      apart.head<2>().norm(), turn)};
+}
+
 }  // namespace
+
+std::vector<std::string> write_globe(const OutputDirectory& out, const MapResult& result,
+                                     const std::vector<double>& given) {
+  std::optional<MapOrigin> by_fixes;
+  if (result.datum && result.datum->is_on_earth) by_fixes = origin_of(*result.datum);
+  if (given.empty() && !by_fixes) {
+    if (!result.datum) return {};
+    return {"no map.geojson: the fixes of the log are in local axes, not on earth"};
+  }
+  const MapOrigin origin = given.empty() ? *by_fixes : MapOrigin{given[0], given[1], given[2]};
+  out.write("map.geojson", geojson_text(result, origin));
+  return given.empty() || !by_fixes ? std::vector<std::string>() : conflict(origin, *by_fixes);
+}
 
 std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,
                                    const Backend& backend) {

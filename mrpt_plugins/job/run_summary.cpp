@@ -164,6 +164,7 @@ Summary summarize(const Session& session, const MapResult& result) {
   warn(summary, last.warnings);
   summary.calibration = result.calibration;
   warn(summary, unit_words(result.calibration));
+  summary.fixes = fix_figures(result);
   for (const int mode : result.motion_modes) {
     if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
   }

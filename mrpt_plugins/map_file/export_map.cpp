@@ -5,21 +5,26 @@
 
 #include <fmt/format.h>
 
-#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/discrete/probabilities.h"
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/map_file/stored_views.h"
+#include "mrpt_plugins/output/fix_writer.h"
+#include "mrpt_plugins/output/map_style.h"
 
 namespace hybrid {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr double kDegree = M_PI / 180;
 
 double probability(double log_odds) {
   return 1 / (1 + std::exp(-log_odds));
@@ -29,20 +34,63 @@ double probability(double log_odds) {
 class Globe {
  public:
   explicit Globe(const MapOrigin& origin)
-      : local_(origin.latitude, origin.longitude),
-        turn_(Eigen::AngleAxisd(origin.direction * M_PI / 180, Eigen::Vector3d::UnitZ())) {}
+      : local_({origin.latitude, origin.longitude, origin.altitude}),
+        turn_(Eigen::AngleAxisd(origin.direction * kDegree, Eigen::Vector3d::UnitZ())) {}
 
   Json operator()(const Eigen::Vector3d& point) const {
-    const Eigen::Vector3d p = turn_ * point;
-    double latitude = 0, longitude = 0, height = 0;
-    local_.Reverse(p.x(), p.y(), p.z(), latitude, longitude, height);
-    return Json::array({longitude, latitude});
+    const GeodeticPoint p = local_.to_geodetic(turn_ * point);
+    return Json::array({rounded(p.longitude), rounded(p.latitude)});
   }
 
  private:
-  GeographicLib::LocalCartesian local_;
+  /// To a tenth of a millimetre.
+  static double rounded(double degrees) { return std::round(degrees * 1e9) / 1e9; }
+
+  LocalFrame local_;
   Eigen::Matrix3d turn_;
 };
+
+Json feature(const char* type, Json coordinates, Json properties) {
+  return {{"type", "Feature"},
+          {"geometry", {{"type", type}, {"coordinates", std::move(coordinates)}}},
+          {"properties", std::move(properties)}};
+}
+
+Json line_feature(const Globe& globe, const Trajectory& path, Json properties) {
+  Json line = Json::array();
+  for (const TimedPose& pose : path) line.push_back(globe(point_of(pose.pose)));
+  return feature("LineString", std::move(line), std::move(properties));
+}
+
+/// The file: a feature a line. RFC 7946 has no other coordinates than these; a member of its own
+/// says which.
+std::string collection(const std::vector<Json>& features) {
+  std::string text =
+      "{\"type\": \"FeatureCollection\", \"crs_name\": \"OGC:CRS84\", \"description\": "
+      "\"longitude and latitude by WGS 84 [deg]\", \"features\": [";
+  for (const Json& one : features) {
+    text += (&one == &features.front() ? "\n" : ",\n") +
+            one.dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+  return text + "\n]}\n";
+}
+
+void add_size(const LandmarkSize& size, Json& properties) {
+  if (size.extent > 0) properties["extent_m"] = size.extent;
+  if (size.things > 1) properties["things"] = size.things;
+}
+
+Json fix_feature(const Globe& globe, const FixEstimate& fix) {
+  Json properties = {{"fix", fix.mode ? to_string(*fix.mode) : "not used"}, {"time", fix.time}};
+  if (!fix.unused.empty()) properties["reason"] = fix.unused;
+  const auto& p = fix.probabilities;
+  if (p[0] + p[1] + p[2] > 0) {
+    properties["p_good"] = p[0];
+    properties["p_biased"] = p[1];
+    properties["p_false"] = p[2];
+  }
+  return feature("Point", globe(fix.measured), std::move(properties));
+}
 
 }  // namespace
 
@@ -97,9 +145,21 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
   return out;
 }
 
+MapOrigin origin_of(const MapDatum& datum) {
+  constexpr double kArm = 100;  // m, along the x axis
+  const LocalFrame frame(datum.origin);
+  const auto place = [&](double x) {
+    return frame.to_geodetic(datum.T_datum_map * Eigen::Vector3d(x, 0, 0));
+  };
+  const GeodeticPoint origin = place(0);
+  const Eigen::Vector3d arm = LocalFrame(origin).to_local(place(kArm));
+  return {origin.latitude, origin.longitude, std::atan2(arm.y(), arm.x()) / kDegree,
+          origin.altitude};
+}
+
 std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
   const Globe globe(origin);
-  Json features = Json::array();
+  std::vector<Json> features;
   for (const MapLandmark& l : map.landmarks) {
     if (!exists(l)) continue;
     Json properties = {{"id", l.id},
@@ -107,27 +167,43 @@ std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
                        {"sightings", l.sightings},
                        {"sigma_m", std::sqrt(l.covariance.trace() / map.dim())}};
     const int best = most_probable(l.class_probabilities);
-    if (l.size.extent > 0) properties["extent_m"] = l.size.extent;
-    if (l.size.things > 1) properties["things"] = l.size.things;
+    add_size(l.size, properties);
     if (best >= 0) properties["class"] = map.class_names[static_cast<std::size_t>(best)];
-    features.push_back({{"type", "Feature"},
-                        {"geometry", {{"type", "Point"}, {"coordinates", globe(l.position)}}},
-                        {"properties", std::move(properties)}});
+    features.push_back(feature("Point", globe(l.position), std::move(properties)));
   }
   for (const MapWay& way : ways_of(map)) {
     if (way.poses.size() < 2) continue;
-    Json line = Json::array();
-    for (const TimedPose& pose : way.poses) line.push_back(globe(point_of(pose.pose)));
     const auto session = std::find_if(map.sessions.begin(), map.sessions.end(),
                                       [&](const MapSession& s) { return s.id == way.session; });
     Json properties = {{"session", way.session}, {"mode", session->mode}};
     if (!way.robot.empty()) properties["robot"] = way.robot;
-    features.push_back({{"type", "Feature"},
-                        {"geometry", {{"type", "LineString"}, {"coordinates", std::move(line)}}},
-                        {"properties", std::move(properties)}});
+    features.push_back(line_feature(globe, way.poses, std::move(properties)));
   }
-  const Json all = {{"type", "FeatureCollection"}, {"features", std::move(features)}};
-  return all.dump(1) + "\n";
+  return collection(features);
+}
+
+std::string geojson_text(const MapResult& result, const MapOrigin& origin) {
+  const Globe globe(origin);
+  std::vector<Json> features;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (!l.position.allFinite()) continue;
+    Json properties = {{"id", l.id},
+                       {"sightings", l.sightings},
+                       {"sigma_m", std::sqrt(l.covariance.trace() / (l.is_3d ? 3 : 2))}};
+    add_size(l.size, properties);
+    if (l.class_index) {
+      properties["class"] = result.class_names[static_cast<std::size_t>(*l.class_index)];
+    }
+    features.push_back(feature("Point", globe(l.position), std::move(properties)));
+  }
+  for (const DrawnPath& path : drawn_paths(result)) {
+    if (path.poses.size() < 2) continue;
+    features.push_back(line_feature(globe, path.poses, {{"path", path.name}}));
+  }
+  for (const FixEstimate& fix : result.fixes) {
+    if (result.datum) features.push_back(fix_feature(globe, fix));
+  }
+  return collection(features);
 }
 
 std::string pcd_text(const MapRecord& map) {

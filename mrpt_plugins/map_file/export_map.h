@@ -15,7 +15,11 @@ namespace HYBRID_API hybrid {
 struct MapOrigin {
   double latitude = 0, longitude = 0;  ///< of its origin, WGS 84 [deg]
   double direction = 0;                ///< of its x axis, counter-clockwise from east [deg]
+  double altitude = 0;                 ///< above the ellipsoid [m]
 };
+
+/// That of a map whose place fixes have found.
+MapOrigin origin_of(const MapDatum& datum);
 
 /// The keyframes of one robot in one session.
 struct MapWay {
@@ -31,8 +35,11 @@ std::vector<MapWay> ways_of(const MapRecord& map);
 /// and where there are several sessions each of robots without a name.
 MapResult result_of(const MapRecord& map, const std::string& title);
 
-/// Landmarks that exist as points, and each way as a line (RFC 7946).
+/// Landmarks that exist as points, and each way as a line (RFC 7946: longitude and latitude by
+/// WGS 84).
 std::string geojson_text(const MapRecord& map, const MapOrigin& origin);
+/// Landmarks as points, paths as lines, and fixes as points where the receiver says that it is.
+std::string geojson_text(const MapResult& result, const MapOrigin& origin);
 
 /// Landmarks that exist as a point cloud: x y z [m], number of the class (-1: none), id.
 std::string pcd_text(const MapRecord& map);

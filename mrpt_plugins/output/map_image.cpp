@@ -13,6 +13,7 @@
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/labels.h"
+#include "mrpt_plugins/output/detail/fix_layer.h"
 #include "mrpt_plugins/output/detail/legend.h"
 
 namespace hybrid {
@@ -301,6 +302,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   draw_closures(canvas, axes, result);
   draw_ellipses(canvas, axes, result, frame.magnification);
   draw_extents(canvas, axes, result);
+  draw_fixes(canvas, axes, box, result);
   draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
   draw_movers(canvas, axes, result, labels);
@@ -309,6 +311,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, extent);
+  fix_legend(legend, axes, box, result);
   closure_legend(legend, result);
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {

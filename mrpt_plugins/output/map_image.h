@@ -23,8 +23,8 @@ struct FilmMoment {
 /// map.png: the plan seen from above (x to the right, y up, metres): estimated path with start and
 /// end, dead reckoning, ground truth where given, landmarks coloured and shaped by class with their
 /// ids and covariance ellipses (3 standard deviations; enlarged by a round factor that the legend
-/// states when they would be too small to see), legend and scale bar. It shows `frame`, or all
-/// there is; of a film, rays of sight too.
+/// states when they would be too small to see), fixes by their modes, legend and scale bar. It
+/// shows `frame`, or all there is; of a film, rays of sight too.
 Image map_image(const MapResult& result, const GroundTruth& truth = {}, int width = 1600,
                 int height = 1200, const std::optional<MapFrame>& frame = {},
                 const FilmMoment& moment = {});

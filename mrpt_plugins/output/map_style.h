@@ -25,6 +25,8 @@ constexpr Stroke kUndecidedClosure{{154, 117, 0}, 1.75, LineStyle::kDotted};
 constexpr Stroke kRejectedClosure{{204, 121, 167}, 1.75, LineStyle::kDashed};
 constexpr Color kWall{70, 70, 70}, kFreeFloor{236, 240, 244};
 constexpr Stroke kMover{{200, 30, 120}, 2, LineStyle::kSolid};
+constexpr Color kGoodFix{86, 180, 233}, kBiasedFix{154, 117, 0}, kFalseFix{136, 34, 85};
+constexpr Color kUnusedFix{150, 150, 150};
 /// Motions of modes other than the first, drawn over the estimate.
 inline Stroke mode_stroke(int mode) {
   return {mode_color(static_cast<std::size_t>(mode)), 7, LineStyle::kSolid};
@@ -69,8 +71,8 @@ struct Extent {
 };
 
 /// Bounds of estimate, truth and landmarks, and of what scans saw as long as that does not make the
-/// picture more than half as large again on any side. Dead reckoning is cut where it leaves them.
-/// Never empty, at least half a metre wide.
+/// picture more than half as large again on any side. Dead reckoning and fixes are cut where they
+/// leave them. Never empty, at least half a metre wide.
 Extent map_extent(const MapResult& result, const GroundTruth& truth);
 
 /// Extent and scale of a picture of a map, shared by pictures that belong together.

@@ -169,6 +169,16 @@ Json to_json(const AlignmentRecord& r) {
   return out;
 }
 
+Json to_json(const FixFigures& fixes) {
+  return {{"count", fixes.count},
+          {"used", fixes.used},
+          {"good", fixes.good},
+          {"biased", fixes.biased},
+          {"false", fixes.wrong},
+          {"bias_runs", fixes.bias_runs},
+          {"longest_bias_s", fixes.longest_bias}};
+}
+
 /// Quantile `q` of sorted values, interpolated linearly.
 double percentile(const std::vector<double>& sorted, double q) {
   const double at = q * static_cast<double>(sorted.size() - 1);
@@ -245,6 +255,7 @@ Json summary_json(const Summary& s) {
   for (const NoiseRecord& record : s.noise) out["noise"].push_back(to_json(record));
   for (const AlignmentRecord& record : s.alignment) out["alignment"].push_back(to_json(record));
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
+  if (s.fixes.count > 0) out["fixes"] = to_json(s.fixes);
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   const auto localized = [](const std::optional<std::size_t>& at) {
     return at ? Json(*at) : Json();

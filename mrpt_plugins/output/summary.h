@@ -15,6 +15,7 @@
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/evaluation/mover_truth.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/health/fix_figures.h"
 #include "mrpt_plugins/health/health.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/mapping/map_result.h"
@@ -95,6 +96,7 @@ struct Summary {
   std::vector<NoiseRecord> noise;            ///< stated, measured and used
   std::vector<AlignmentRecord> alignment;    ///< of the sensors: sign, mounting, clock
   std::map<std::string, std::size_t> modes;  ///< mode of motion -> number of motions
+  FixFigures fixes;                          ///< left out of the file where there are none
   bool uses_map = false;                     ///< the log is localised in a given map
   std::optional<std::size_t> localized_at;   ///< keyframe; none: not localised; of one robot only
   std::optional<TruthSummary> truth;

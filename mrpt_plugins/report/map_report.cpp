@@ -12,6 +12,7 @@
 #include "libhybrid/core/detail/quantile.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/columns.h"
+#include "mrpt_plugins/report/fix_json.h"
 #include "mrpt_plugins/report/graph_report.h"
 #include "mrpt_plugins/report/history_json.h"
 #include "mrpt_plugins/report/scan_json.h"
@@ -157,6 +158,7 @@ Json map_report_json(const MapReport& report) {
               {"photographs", report.photographs},
               {"scans", scans_json(report.scans)},
               {"scan_closures", scan_closures_json(result.scan_closures)},
+              {"fixes", fixes_json(result)},
               {"summary", report.summary}};
   out.update(history_json(report.record, result.is_3d));
   return out;

@@ -59,6 +59,11 @@ const MapRecord& MapPlace::map() const {
   return run_ && doubt_.empty() ? run_->map() : none;
 }
 
+std::vector<double> MapPlace::origin() const {
+  if (lost_) return {};
+  return options_.origin.empty() ? map().origin : options_.origin;
+}
+
 void MapPlace::enter(Mapper& mapper, bool found) {
   if (!run_) return;
   lost_ = !found && holds_places(run_->map());

@@ -17,6 +17,7 @@
 #include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/sha256.h"
+#include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/rawlog/decoder.h"
 
 namespace hybrid {
@@ -288,6 +289,10 @@ MapRecord MapRun::after(const Mapper& mapper, const MapResult& result) const {
   if (!map_.landmarks.empty()) out.identified = map_.identified;
   out.sessions = map_.sessions;
   out.origin = options_.origin.empty() ? map_.origin : options_.origin;
+  if (out.origin.empty() && result.datum && result.datum->is_on_earth) {
+    const MapOrigin found = origin_of(*result.datum);
+    out.origin = {found.latitude, found.longitude, found.direction};
+  }
   for (MapLandmark& landmark : out.landmarks) {
     const auto known = std::find_if(map_.landmarks.begin(), map_.landmarks.end(),
                                     [&](const MapLandmark& l) { return l.id == landmark.id; });

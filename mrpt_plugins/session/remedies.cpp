@@ -4,11 +4,13 @@
 #include "mrpt_plugins/session/remedies.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
+#include <sstream>
 
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
@@ -168,6 +170,25 @@ std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& 
     out.back().settings.push_back(fmt::format("keyframes.min_time={}", interval));
   }
   return out;
+}
+
+std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary) {
+  const HealthEntry* wrong = find_entry(summary.health, "false fixes");
+  const HealthEntry* agreement = find_entry(summary.health, "agreement over time");
+  const bool is_judged = agreement != nullptr && agreement->verdict != HealthVerdict::kNotJudged;
+  const bool agrees = !is_judged || agreement_of(summary.health) == HealthVerdict::kGood;
+  const bool is_false = wrong != nullptr && wrong->verdict == HealthVerdict::kBad;
+  if (summary.fixes.used == 0 || (agrees && !is_false)) return std::nullopt;
+  const std::string chosen = fmt::format("{}", fmt::join(summary.chosen_plugins, " "));
+  std::istringstream names(
+      chosen.empty() ? text_of(summary.provenance.configuration, "plugins.classes") : chosen);
+  std::string others;
+  for (std::string name; names >> name;) {
+    if (name != "Fixes") others += (others.empty() ? "" : " ") + name;
+  }
+  if (others.empty()) return std::nullopt;
+  request.settings.push_back("plugins.classes=" + others);
+  return request;
 }
 
 bool agrees_better(const Health& a, const Health& b) {

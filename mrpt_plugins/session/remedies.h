@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,11 @@ std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& 
 /// The request with keyframes farther apart in time, from fine to coarse: errors of detections that
 /// last are less alike in them. None where the request, or the log, tells their interval.
 std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& summary);
+
+/// The request without the fixes of satellite receivers, where the map with them, whose summary
+/// this is, does not agree over time or takes many of them for false. Nothing where without them
+/// nothing is mapped.
+std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary);
 
 /// Whether more of what was measured far apart in time agrees in map `a` than in `b`, or as much,
 /// and `a` is better otherwise. A map that is not judged agrees with nothing.

@@ -49,7 +49,8 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
   o.start = read_start(map);
   o.origin = map.get("origin", o.origin,
                      "latitude and longitude of the origin of the map and direction of its x axis "
-                     "[deg, counter-clockwise from east], for GeoJSON; empty: not known",
+                     "[deg, counter-clockwise from east], for GeoJSON; empty: as fixes tell, if "
+                     "they do",
                      kTurn);
   if (!o.origin.empty() &&
       (o.origin.size() != 3 || std::abs(o.origin[0]) > 90 || std::abs(o.origin[1]) > 180)) {

@@ -95,6 +95,12 @@ export interface ScanClosures {
   i: number[]; j: number[]; decision: string[]; probability: Num[]; residual: Num[]; redundancy: Num[];
   checkable: number[]; margin: Num[]; inliers: Num[]; modes: number[];
 }
+/** Fixes of satellite receivers, as columns: keyframe, where they are and where the map says that the antenna is; mode 0: good,
+ * 1: biased, 2: false, 3: not in the map; probabilities of the first three, where they are known. */
+export interface Fixes {
+  k: number[]; x: number[]; y: number[]; ax: number[]; ay: number[]; mode: number[]; p: number[][];
+  counts: number[];  // of the modes, before any were left out
+}
 /** Errors of the positions of a robot over time. */
 export interface PathErrors {
   robot: string; t: number[]; estimate: number[]; aligned: number[]; reckoned: number[];
@@ -128,6 +134,7 @@ export interface MapData {
   /** One of `every` photographs of the log; `unreadable` of them could not be shown. */
   scans: { unit: number; list: KeyframeScan[] };
   scan_closures: ScanClosures;
+  fixes?: Fixes;  // pages of former versions have none
   photographs: { list: Photograph[]; every: number; unreadable: number };
 }
 

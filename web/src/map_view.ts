@@ -9,13 +9,15 @@ import { CompareLayer } from './compare_layer';
 import { drawEllipses, drawExtents } from './ellipses';
 import { History, mostProbable } from './history';
 import { ErrorPaint } from './error_paint';
+import { FixLayer } from './fix_layer';
 import { classColor, classShape, robotColor, themed, trace } from './palette';
 import { ScanLayer } from './scan_layer';
 import { State } from './state';
 
 interface Mark { id: Id; x: number; y: number }
+type Paint = (c: CanvasRenderingContext2D) => void;
 
-const kLayers = ['estimate', 'error', 'dead reckoning', 'truth', 'scans', 'closures', 'landmarks', 'ellipses', 'extents', 'rays', 'ids'] as const;
+const kLayers = ['estimate', 'error', 'dead reckoning', 'truth', 'scans', 'closures', 'fixes', 'landmarks', 'ellipses', 'extents', 'rays', 'ids'] as const;
 type Layer = typeof kLayers[number];
 
 /** The map at a keyframe: path, landmarks with class and probability, sight rays. */
@@ -30,6 +32,7 @@ export class MapView {
   private places: number[][] = [];  // of the poses of each robot, in the path that is shown
   private hidden = new Set<number>();  // robots
   private scans: ScanLayer;
+  private fixes: FixLayer;
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
   readonly paint: ErrorPaint;
@@ -37,6 +40,7 @@ export class MapView {
 
   constructor(private data: MapData, private history: History, private state: State) {
     this.scans = new ScanLayer(data, this.map);
+    this.fixes = new FixLayer(data.fixes, this.map);
     for (const layer of kLayers) this.layers.set(layer, layer !== 'ids' && layer !== 'error');
     this.paint = new ErrorPaint(data);
     this.map.draw = () => this.draw();
@@ -70,7 +74,8 @@ export class MapView {
       if (layer === 'truth' && !this.data.truth.path.x.length && !this.data.truth.landmarks.length) continue;
       if (['landmarks', 'ellipses', 'rays', 'ids'].includes(layer) && !hasLandmarks(this.data)) continue;
       if (layer === 'extents' && !this.data.landmarks.some(l => l.extent)) continue;
-      if ((layer === 'error' && !this.paint.any) || (layer === 'scans' && !this.scans.any) || (layer === 'closures' && !this.scans.closures)) continue;
+      if ((layer === 'error' && !this.paint.any) || (layer === 'scans' && !this.scans.any) || (layer === 'fixes' && !this.fixes.any)) continue;
+      if (layer === 'closures' && !this.scans.closures) continue;
       const box = el('input', { type: 'checkbox', change: () => {
         this.layers.set(layer, box.checked);
         if (layer === 'error') this.paint.scale.hidden = !box.checked;
@@ -109,8 +114,7 @@ export class MapView {
   }
 
   private legend(): HTMLElement {
-    const box = el('details', { class: 'legend' }, el('summary', {}, 'Legend'));
-    box.toggleAttribute('open', window.innerWidth > 700);
+    const box = el('details', { class: 'legend', open: window.innerWidth > 700 }, el('summary', {}, 'Legend'));
     const entry = (mark: HTMLElement, text: string) => el('div', {}, mark, text);
     const line = (name: string, dashed = false) =>
         el('i', { class: `line${dashed ? ' dashed' : ''}`, style: `color: var(--${name})` });
@@ -124,14 +128,22 @@ export class MapView {
     if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
     box.append(this.paint.scale, this.compare.key);
     for (const [name, text] of this.scans.legend()) box.append(entry(line(name, name === 'rejected'), text));
+    const drawn = (paint: Paint, text: string) => {
+      const mark = el('canvas', { width: 32, height: 32 });
+      this.legendMarks.push([mark, paint]);
+      box.append(entry(mark, text));
+      return mark;
+    };
+    for (const [mode, text] of this.fixes.legend()) {
+      drawn(c => { c.fillStyle = this.fixes.color(mode); this.fixes.mark(c, mode, 16, 16, 2); }, text);
+    }
     const counts = new Map<number, number>();
     for (const l of this.data.landmarks) {
       if (l.class !== null) counts.set(l.class, (counts.get(l.class) ?? 0) + 1);
     }
     for (const [index, count] of [...counts].sort((a, b) => a[0] - b[0])) {
-      const mark = el('canvas', { width: 32, height: 32, 'data-class': index });
-      this.legendMarks.push([mark, index]);
-      box.append(entry(mark as unknown as HTMLElement, `${this.data.classes[index]} (${count})`));
+      const paint: Paint = c => { c.fillStyle = classColor(index); trace(c, classShape(index), 16, 16, 10); };
+      drawn(paint, `${this.data.classes[index]} (${count})`).dataset.class = String(index);
     }
     if (counts.size) box.append(el('div', { class: 'quiet' }, 'pale: class unsure'));
     if (this.data.landmarks.some(l => l.extent)) box.append(el('div', { class: 'quiet' }, 'dotted: extent, a standard deviation'));
@@ -139,16 +151,15 @@ export class MapView {
     this.drawMarks();
     return box;
   }
-  private legendMarks: [HTMLCanvasElement, number][] = [];
+  private legendMarks: [HTMLCanvasElement, Paint][] = [];
   private legendLines: [HTMLElement, number][] = [];
   private drawMarks() {
     for (const [line, robot] of this.legendLines) line.style.color = robotColor(robot);
-    for (const [canvas, index] of this.legendMarks) {
+    for (const [canvas, paint] of this.legendMarks) {
       const c = canvas.getContext('2d')!;
       c.clearRect(0, 0, 32, 32);
-      c.fillStyle = classColor(index);
       c.beginPath();
-      trace(c, classShape(index), 16, 16, 10);
+      paint(c);
       c.fill();
     }
   }
@@ -199,14 +210,14 @@ export class MapView {
       this.hovered = found?.id ?? null;
       this.map.redraw();
     }
-    this.tip.hidden = !found;
-    if (!found) return;
-    const p = this.history.belief(found.id, this.state.view.keyframe);
-    const best = p && mostProbable(p);
-    this.tip.textContent = `landmark ${found.id}` +
-        (p && best !== null ? `: ${this.data.classes[best]} ${(100 * p[best]).toFixed(0)} %` : '');
-    this.tip.style.left = `${Math.min(x + 12, this.map.width - 170)}px`;
+    const text = found ? this.words(found.id) : this.layers.get('fixes') ? this.fixes.tip(x, y, this.state.view.keyframe) : '';
+    this.tip.hidden = !(this.tip.textContent = text);
+    this.tip.style.left = `${Math.max(0, Math.min(x + 12, this.map.width - Math.max(170, this.tip.offsetWidth + 4)))}px`;
     this.tip.style.top = `${y + 12}px`;
+  }
+  private words(id: Id): string {
+    const p = this.history.belief(id, this.state.view.keyframe), best = p && mostProbable(p);
+    return `landmark ${id}` + (p && best !== null ? `: ${this.data.classes[best]} ${(100 * p[best]).toFixed(0)} %` : '');
   }
   private reveal(id: Id) {
     const at = this.screen(id);
@@ -237,6 +248,7 @@ export class MapView {
     }
     c.setLineDash([]);
     this.compare.draw();
+    if (on('fixes')) this.fixes.draw(k);
     if (on('estimate')) this.drawPath(k);
     if (on('closures')) this.scans.drawClosures(k, this.state.view.closure);
     if (on('rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);

@@ -65,6 +65,41 @@ await test('the tab Health tells what is stated, measured and used of the noise'
     clean(faults);
   }));
 
+await test('fixes are shown by their modes, with probabilities in the tip', () => {
+  const rows = [...Array(60).keys()];
+  writeFileSync(join(scratch, 'odometry.csv'), `time,x,y,yaw\n${rows.map(t => `${t},${2 * t},0,0\n`).join('')}`);
+  // One is false, a hundred metres off.
+  writeFileSync(join(scratch, 'fixes.csv'), `time,x,y,sigma\n${rows.map(t => `${t},${2 * t},${t === 30 ? 100 : 0},1\n`).join('')}`);
+  run('hybrid-import', 'csv', '--odometry', join(scratch, 'odometry.csv'), '--fixes', join(scratch, 'fixes.csv'), '-o', join(scratch, 'fixes.rawlog'));
+  const fixes = join(scratch, 'fixes');
+  run('hybrid-replay', join(scratch, 'fixes.rawlog'), '-o', fixes, '--no-pictures', '--report');
+  const told = json(join(fixes, 'summary.json')).fixes;
+  return withPage(page(fixes), desktop, async (p, faults) => {
+    const legend = await p.textContent('.legend');
+    assert.equal(told.false, 1);
+    for (const mode of ['good', 'false']) assert.ok(legend.includes(`fix ${mode} (${told[mode]})`), legend);
+    const [at, k] = await p.evaluate(() => {
+      const { data, view } = window.report, i = data.fixes.mode.indexOf(0);
+      return [[view.map.px(data.fixes.x[i]), view.map.py(data.fixes.y[i])], data.fixes.k[i]];
+    });
+    const box = await p.locator('.map > canvas').boundingBox();
+    const hover = (dx) => p.mouse.move(box.x + at[0] + dx, box.y + at[1]);
+    await hover(1);
+    assert.match(await p.textContent('.tip'), /^fix good, .* m off: good .* %, biased .* %, false .* %$/);
+    assert.ok(await p.locator('.tip').isVisible());
+    if (k > 0) {
+      await p.evaluate(before => window.report.state.set({ keyframe: before }), k - 1);  // it was not there yet
+      await hover(0);
+      assert.ok(await p.locator('.tip').isHidden());
+      await p.keyboard.press('End');
+    }
+    await p.locator('.bar label:text-is("fixes") input').uncheck();
+    await hover(2);
+    assert.ok(await p.locator('.tip').isHidden());
+    clean(faults);
+  });
+});
+
 await test('opens without a request and without a word on the console, and shows its title', () =>
   withPage(page(classed), desktop, async (p, faults) => {
     assert.match(await p.textContent('h1'), /classed/);
@@ -80,7 +115,7 @@ await test('scans of the keyframe are shown, and closures by keyframe with their
     const loops = readFileSync(join(rooms, 'loops.csv'), 'utf8').trim().split('\n').slice(1).map(row => row.split(','));
     assert.ok(loops.length > 0);
     for (const layer of ['scans', 'closures']) assert.equal(await p.locator(`.bar label:text-is("${layer}")`).count(), 1);
-    for (const layer of ['landmarks', 'ellipses', 'rays', 'ids']) assert.equal(await p.locator(`.bar label:text-is("${layer}")`).count(), 0);
+    for (const layer of ['landmarks', 'ellipses', 'rays', 'ids', 'fixes']) assert.equal(await p.locator(`.bar label:text-is("${layer}")`).count(), 0);
     for (const tab of ['Landmark', 'Why']) assert.equal(await p.locator(`.tabs button:text-is("${tab}")`).count(), 0);
     assert.ok(!(await p.textContent('header')).includes('landmarks'));
     const colors = await p.evaluate(() => ['odometry', 'rejected', 'accepted', 'truth', 'estimate'].map(

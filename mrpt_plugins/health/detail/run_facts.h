@@ -66,5 +66,6 @@ void check_landmarks(const RunFacts& facts, Health& health);
 void check_path(const RunFacts& facts, Health& health);
 void check_detections(const RunFacts& facts, Health& health);
 void check_scans(const RunFacts& facts, Health& health);
+void check_fixes(const RunFacts& facts, Health& health);
 
 }  // namespace hybrid

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <set>
@@ -120,6 +121,45 @@ TEST(MapImage, OfAFilmHasAClockAndRaysToWhatIsSeen) {
   const std::int64_t a = map.landmarks[1].id, b = map.landmarks[3].id, unknown = 12345;
   EXPECT_GT(rays({a}), rays({}) + 20);
   EXPECT_GT(rays({a, b, unknown}), rays({a}) + 10);
+}
+
+/// A map with fixes of all kinds, three false ones far away.
+MapResult with_fixes() {
+  MapResult map = round_trip(false);
+  map.datum = MapDatum();
+  for (std::size_t i = 0; i < 100; ++i) {
+    const auto& pose = map.trajectory[i].pose;
+    FixEstimate fix;
+    fix.antenna = {pose.x(), pose.y(), 0};
+    fix.measured = fix.antenna + Eigen::Vector3d(0.2, 0.1, 0);
+    if (i % 10 < 8) fix.mode = FixMode::kGood;
+    if (i % 10 == 8) fix.mode = FixMode::kBiased;
+    if (fix.mode == FixMode::kBiased) fix.measured.x() += 0.7;
+    if (i < 3) fix.mode = FixMode::kFalse;
+    if (i < 3) fix.measured.y() += 1e4;
+    map.fixes.push_back(fix);
+  }
+  return map;
+}
+
+TEST(MapImage, ShowsFixesByTheirModes) {
+  MapResult map = with_fixes();
+  const auto marks = [&] {
+    const Image image = map_image(map);
+    return std::array<int, 4>{
+        count(image, map_style::kGoodFix), count(image, map_style::kBiasedFix),
+        count(image, map_style::kFalseFix), count(image, map_style::kUnusedFix, 2)};
+  };
+  const auto shown = marks();
+  map.datum.reset();  // where they are is not known
+  const auto hidden = marks();
+  for (std::size_t i = 0; i < shown.size(); ++i) EXPECT_GT(shown[i], hidden[i] + 30) << i;
+}
+
+TEST(MapStyle, FarFixesDoNotShrinkTheMap) {
+  const Extent with = map_extent(with_fixes(), {}), without = map_extent(round_trip(false), {});
+  EXPECT_TRUE((with.low == without.low).all());
+  EXPECT_TRUE((with.high == without.high).all());
 }
 
 TEST(MapImage, SurvivesValuesThatAreNotFinite) {

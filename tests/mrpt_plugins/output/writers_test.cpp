@@ -163,7 +163,13 @@ TEST(Summary, JsonHasTheFieldsThatScriptsRead) {
   s.truth->landmarks.emplace();
   s.truth->landmarks->matched = 70;
   s.truth->class_accuracy = 0.75;
+  EXPECT_FALSE(summary_json(s).contains("fixes"));
+  s.fixes.count = 40;
+  s.fixes.wrong = 3;
+  s.fixes.longest_bias = 12.5;
   const auto json = nlohmann::json::parse(summary_json(s).dump());
+  EXPECT_EQ(json["fixes"]["false"], 3);
+  EXPECT_EQ(json["fixes"]["longest_bias_s"], 12.5);
   EXPECT_EQ(json["status"], "ok");
   EXPECT_EQ(json["mode"], "incremental");
   EXPECT_EQ(json["keyframes"], 250);

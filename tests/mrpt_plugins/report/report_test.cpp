@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "mrpt_plugins/report/columns.h"
+#include "mrpt_plugins/report/fix_json.h"
 #include "mrpt_plugins/report/graph_report.h"
 #include "mrpt_plugins/report/history_json.h"
 #include "mrpt_plugins/report/page.h"
@@ -77,6 +79,33 @@ TEST(ReportHistory, OfAnEmptyRunIsEmpty) {
   const Json empty = history_json({}, true);
   EXPECT_TRUE(empty.at("sightings").at("k").empty());
   EXPECT_TRUE(empty.at("snapshots").at("list").empty());
+}
+
+TEST(ReportFixes, AreThinnedWithinEachMode) {
+  MapResult map;
+  for (int i = 0; i < 1000; ++i) {
+    FixEstimate fix;
+    fix.keyframe = static_cast<std::size_t>(i);
+    fix.measured = {1.0 * i, 2, 0};
+    if (i % 100 != 7) fix.mode = i % 100 == 50 ? FixMode::kFalse : FixMode::kGood;
+    if (i == 0) fix.probabilities = {0.9, 0.09876, 0.00124};
+    map.fixes.push_back(fix);
+  }
+  EXPECT_TRUE(fixes_json(map, 100).at("k").empty());  // where they are is not known
+  map.datum = MapDatum();
+  const Json fixes = fixes_json(map, 100);
+  EXPECT_EQ(fixes.at("counts"), Json({980, 0, 10, 10}));
+  std::map<int, int> kept;
+  for (const auto& mode : fixes.at("mode")) ++kept[mode.get<int>()];
+  EXPECT_EQ(kept[2], 10);
+  EXPECT_EQ(kept[3], 10);
+  EXPECT_LE(kept[0], 100);
+  EXPECT_GT(kept[0], 50);
+  for (const char* column : {"k", "x", "y", "ax", "ay", "p"}) {
+    EXPECT_EQ(fixes.at(column).size(), fixes.at("mode").size()) << column;
+  }
+  EXPECT_EQ(fixes.at("p")[0], Json({0.9, 0.099, 0.001}));
+  EXPECT_TRUE(fixes.at("p")[1].empty());
 }
 
 TEST(TrialsReport, ReadsNumbersAndKeepsNames) {

@@ -145,6 +145,31 @@ TEST(AgreesBetter, AsksTheAgreementOverTimeFirst) {
   EXPECT_FALSE(agrees_better(not_judged, {agreement(HealthVerdict::kDoubtful), check("a", 9)}));
 }
 
+TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
+  Summary summary;
+  summary.fixes.used = 100;
+  summary.chosen_plugins = {"BearingRangeKnownIds", "Fixes"};
+  const auto asked = [&](HealthVerdict over_time, double share_false) {
+    summary.health = {agreement(over_time),
+                      judged_entry("false fixes", share_false, {0.05, 0.2}, "", "")};
+    return without_fixes({}, summary);
+  };
+  EXPECT_FALSE(asked(HealthVerdict::kGood, 0.1));
+  EXPECT_FALSE(asked(HealthVerdict::kNotJudged, 0.1));
+  EXPECT_TRUE(asked(HealthVerdict::kGood, 0.3));
+  const auto without = asked(HealthVerdict::kDoubtful, 0);
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->settings, (std::vector<std::string>{"plugins.classes=BearingRangeKnownIds"}));
+  summary.chosen_plugins.clear();
+  summary.provenance.configuration = {{"plugins", {{"classes", "Fixes LaserScans Own"}}}};
+  EXPECT_EQ(asked(HealthVerdict::kBad, 0)->settings.front(), "plugins.classes=LaserScans Own");
+  summary.provenance.configuration = {{"plugins", {{"classes", "Fixes"}}}};
+  EXPECT_FALSE(asked(HealthVerdict::kBad, 0));
+  summary.fixes.used = 0;
+  summary.chosen_plugins = {"BearingRangeKnownIds", "Fixes"};
+  EXPECT_FALSE(asked(HealthVerdict::kBad, 0));
+}
+
 TEST(Sparser, IsForDetectionsWhoseIntervalNobodyChose) {
   Summary summary;
   summary.statistics["detection_sigma_m"] = 0.1;

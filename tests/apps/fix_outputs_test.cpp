@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tests/apps/replay_runner.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kLatitude = 36.7, kLongitude = -4.5;
+
+/// A place so many metres to the east and north, by the radii of curvature of the ellipsoid of
+/// WGS 84.
+std::pair<double, double> place(double east, double north) {
+  constexpr double kRadius = 6378137, kSquaredEccentricity = 6.69437999014e-3;
+  constexpr double kDegree = M_PI / 180;
+  const double sine = std::sin(kLatitude * kDegree);
+  const double w = 1 - kSquaredEccentricity * sine * sine;
+  const double prime_vertical = kRadius / std::sqrt(w);
+  const double meridian = prime_vertical * (1 - kSquaredEccentricity) / w;
+  return {kLatitude + north / meridian / kDegree,
+          kLongitude + east / prime_vertical / std::cos(kLatitude * kDegree) / kDegree};
+}
+
+/// Drives 120 m to the north by odometry that looks along x, with a fix each second.
+class FixOutputs : public ReplayTest {
+ protected:
+  void import(bool on_earth) const {
+    std::string odometry = "time,x,y,yaw\n";
+    std::string fixes = on_earth ? "time,lat,lon\n" : "time,x,y\n";
+    for (int t = 0; t <= 60; ++t) {
+      odometry += fmt::format("{},{},0,0\n", t, 2 * t);
+      const auto [latitude, longitude] = place(5, 2.0 * t);
+      fixes += on_earth ? fmt::format("{},{:.10f},{:.10f}\n", t, latitude, longitude)
+                        : fmt::format("{},5,{}\n", t, 2 * t);
+    }
+    write("odometry.csv", odometry);
+    write("fixes.csv", fixes);
+    const Ran ran = run_app("hybrid-import csv --odometry " + at("odometry.csv") + " --fixes " +
+                            at("fixes.csv") + " -o " + at("in.rawlog"));
+    ASSERT_EQ(ran.code, 0) << ran.text;
+  }
+  nlohmann::json replayed(const std::string& settings = "") const {
+    return summary_of(at("in.rawlog") + " " + settings);
+  }
+  static bool warns(const nlohmann::json& summary, const std::string& part) {
+    for (const auto& warning : summary["warnings"]) {
+      if (warning.get<std::string>().find(part) != std::string::npos) return true;
+    }
+    return false;
+  }
+};
+
+TEST_F(FixOutputs, TheMapIsOnEarthWhereTheFixesAre) {
+  import(true);
+  const auto summary = replayed();
+  EXPECT_EQ(summary["fixes"]["used"], summary["fixes"]["count"]);
+  EXPECT_GE(summary["fixes"]["good"], 58);
+  EXPECT_EQ(summary["fixes"]["bias_runs"], 0);
+  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+  EXPECT_EQ(globe["crs_name"], "OGC:CRS84");
+  const auto& path = globe["features"][0]["geometry"];
+  ASSERT_EQ(path["type"], "LineString");
+  const auto [latitude, longitude] = place(5, 120);
+  EXPECT_NEAR(path["coordinates"].back()[0], longitude, 1e-5);  // a metre
+  EXPECT_NEAR(path["coordinates"].back()[1], latitude, 1e-5);
+  const auto& fix = globe["features"].back();
+  EXPECT_EQ(fix["properties"]["fix"], "good");
+  EXPECT_NEAR(fix["geometry"]["coordinates"][0], longitude, 1e-8);  // a millimetre
+  EXPECT_NEAR(fix["geometry"]["coordinates"][1], latitude, 1e-8);
+  EXPECT_FALSE(warns(summary, "geojson"));
+}
+
+TEST_F(FixOutputs, APlaceThatIsGivenByHandWinsAndAConflictIsTold) {
+  import(true);
+  EXPECT_TRUE(warns(replayed("--set map.origin=36.71,-4.5,90"), "its x axis turned"));
+  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+  EXPECT_NEAR(globe["features"][0]["geometry"]["coordinates"][0][1], 36.71, 1e-6);
+  EXPECT_FALSE(warns(replayed("--set map.origin=36.7,-4.49994,90"), "geojson"));
+}
+
+TEST_F(FixOutputs, AMapFileKeepsThePlace) {
+  import(true);
+  replayed("--map " + at("a.hmap"));
+  ASSERT_EQ(run_app("hybrid-map export --no-pictures -o " + at("ex") + " " + at("a.hmap")).code, 0);
+  const auto coordinates = [this](const char* file) {
+    return nlohmann::json::parse(read(file))["features"][0]["geometry"]["coordinates"].back();
+  };
+  const auto exported = coordinates("ex/map.geojson"), told = coordinates("out/map.geojson");
+  EXPECT_NEAR(exported[0], told[0], 1e-8);
+  EXPECT_NEAR(exported[1], told[1], 1e-8);
+}
+
+TEST_F(FixOutputs, LocalAxesAreNotOnEarth) {
+  import(false);
+  EXPECT_TRUE(warns(replayed(), "not on earth"));
+  EXPECT_FALSE(std::filesystem::exists(at("out/map.geojson")));
+}
+
+}  // namespace
+}  // namespace hybrid
