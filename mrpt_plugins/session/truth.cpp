@@ -29,6 +29,22 @@ bool stands_still(const Trajectory& dead_reckoning) {
   });
 }
 
+/// The origin of the map in a frame whose x is east and whose origin is a place on earth.
+mrpt::poses::CPose3D origin_on_earth(const MapDatum& map, const GeodeticPoint& datum, bool is_3d) {
+  const LocalFrame of_map(map.origin), of_truth(datum);
+  constexpr double kAxis = 1000;                        // m, so that rounding does not count
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();  // truth, datum of the map
+  T.translation() = of_truth.to_local(map.origin);
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d end =
+        of_truth.to_local(of_map.to_geodetic(kAxis * Eigen::Vector3d::Unit(i)));
+    T.linear().col(i) = (end - T.translation()) / kAxis;
+  }
+  const mrpt::poses::CPose3D origin = to_mrpt(T * map.T_datum_map);
+  if (is_3d) return origin;
+  return {origin.x(), origin.y(), 0, origin.yaw(), 0, 0};
+}
+
 }  // namespace
 
 Truth::Truth(const std::string& path_file, const std::string& map_file,
@@ -227,12 +243,17 @@ std::vector<Truth> read_truths(const ReplaySettings& settings) {
   return truths;
 }
 
-void adapt(std::vector<Truth>& truths, const std::vector<RobotPart>& parts) {
+void adapt(std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
+           const std::optional<GeodeticPoint>& datum) {
+  const MapResult& map = parts.front().result;
   std::optional<mrpt::poses::CPose3D> origin;
+  if (datum && map.datum && map.datum->is_on_earth) {
+    origin = origin_on_earth(*map.datum, *datum, map.is_3d);
+  }
   for (std::size_t i = 0; i < truths.size() && !origin; ++i) {
     origin = truths[i].origin(parts[i].result, parts[i].log_rows);
   }
-  for (Truth& truth : truths) truth.move(origin, parts.front().result.class_names);
+  for (Truth& truth : truths) truth.move(origin, map.class_names);
 }
 
 GroundTruth joint_truth(const std::vector<Truth>& truths) {

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -91,6 +92,18 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
                 "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
   robot.truth_modes =
       file_path(log, "truth_modes", "true modes of motion, a number per frame; empty: unknown");
+  robot.truth_fixes = file_path(log, "truth_fixes",
+                                "what satellite fixes are, `time,mode,error_east,error_north,"
+                                "error_up` with mode good, biased or false; empty: unknown");
+  const auto datum =
+      log.get("truth_datum", std::vector<double>{},
+              "latitude, longitude [deg] and altitude [m] of the origin of the true path, whose x "
+              "is east: a map that fixes place is compared there, not from its first pose on",
+              kCoordinate);
+  if (!datum.empty() && (datum.size() != 3 || std::abs(datum[0]) > 90)) {
+    log.fail("truth_datum", "needs three numbers: latitude longitude altitude");
+  }
+  if (!datum.empty()) settings.truth_datum = {datum[0], datum[1], datum[2]};
   settings.title = log.get("title", settings.title.empty() ? stem_of(robot.rawlog) : settings.title,
                            "heading of the pictures");
 }

@@ -5,9 +5,11 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/mapping/mapper.h"
@@ -19,7 +21,7 @@ namespace HYBRID_API hybrid {
 /// What belongs to one robot of a replay.
 struct RobotSettings {
   std::string name;  ///< empty where there is but one
-  std::string rawlog, truth_path, truth_associations, truth_modes;
+  std::string rawlog, truth_path, truth_associations, truth_modes, truth_fixes;
   std::size_t truth_step =
       0;  ///< of the log, that the first row of a true path without times is of
   Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]
@@ -33,7 +35,8 @@ struct RobotSettings {
 /// Everything a replay needs, from INI and command line.
 struct ReplaySettings {
   std::string title, truth_map, truth_movers;
-  double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
+  std::optional<GeodeticPoint> truth_datum;  ///< of the origin of the true path, whose x is east
+  double match_radius = 1.0;                 ///< between a landmark of the map and a true one [m]
   std::vector<RobotSettings> robots;
   bool sightings = true;   ///< of robots by robots are used
   double huber_width = 3;  ///< of these [sigmas]; 0: none

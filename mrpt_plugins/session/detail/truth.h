@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -100,9 +101,10 @@ class Truth {
 /// The truths of the robots of a replay; that of the landmarks belongs to the first.
 std::vector<Truth> read_truths(const ReplaySettings& settings);
 
-/// Moves all truths, whose frame is one, into that of the map by the first robot whose path is
-/// known.
-void adapt(std::vector<Truth>& truths, const std::vector<RobotPart>& parts);
+/// Moves all truths, whose frame is one, into that of the map: by `datum`, the origin of that
+/// frame, where both are on earth, else by the first robot whose path is known.
+void adapt(std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
+           const std::optional<GeodeticPoint>& datum);
 
 /// The truths as one, for pictures.
 GroundTruth joint_truth(const std::vector<Truth>& truths);
