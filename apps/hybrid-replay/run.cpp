@@ -95,6 +95,12 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
     print_to(file, ", modes precision {:.3f} recall {:.3f}", summary.truth->modes->precision(),
              summary.truth->modes->recall());
   }
+  if (summary.truth && summary.truth->fixes) {
+    const FixScore& fixes = *summary.truth->fixes;
+    print_to(file, ", false fixes precision {:.3f} recall {:.3f}", fixes.wrong.precision(),
+             fixes.wrong.recall());
+    if (fixes.calibration_error) print_to(file, ", off by {:.3f}", *fixes.calibration_error);
+  }
   print_to(file, " -> {}\n", folder);
 }
 

@@ -14,15 +14,15 @@
 namespace {
 
 constexpr const char* kAbout =
-    "Simulates a robot among classed landmarks, things that move, and walls that a laser sees: "
-    "writes an MRPT rawlog and, beside it, the true landmarks and the true path.";
+    "Simulates a robot among classed landmarks, things that move, and walls that a laser sees, "
+    "with a receiver of satellites where asked: writes an MRPT rawlog and, beside it, what is "
+    "true.";
 
 constexpr const char* kFooter =
     "\nWritten together: F.rawlog, F_ground_truth.txt, F_ground_truth_robot_path.txt and, where "
     "the\n"
-    "robot slips, F_ground_truth_modes.txt, where things move, F_ground_truth_movers.csv; those "
-    "of\n"
-    "an older F.rawlog go.\n"
+    "robot slips, F_ground_truth_modes.txt, where things move, F_ground_truth_movers.csv, with a\n"
+    "receiver of satellites, F_ground_truth_fixes.csv; those of an older F.rawlog go.\n"
     "With sections [robot.NAME] in the INI, a log F_NAME.rawlog and its truth for each robot.\n"
     "\nExit code: 0 all well; 1 failure, nothing written.";
 
@@ -38,8 +38,10 @@ std::string write(const hybrid::Scenario& scenario, const std::string& output) {
   std::size_t detections = 0;
   for (const auto& frame : simulation.frames) detections += frame.detections.size();
   const auto files = hybrid::write_simulation(simulation, scenario, output);
-  std::string text = fmt::format("{} frames, {} landmarks, {} detections\n",
-                                 simulation.frames.size(), simulation.landmarks.size(), detections);
+  std::string text = fmt::format("{} frames, {} landmarks, {} detections", simulation.frames.size(),
+                                 simulation.landmarks.size(), detections);
+  if (scenario.fixes.period > 0) text += fmt::format(", {} fixes", simulation.fixes.size());
+  text += '\n';
   for (const std::string& file : files) text += fmt::format("wrote {}\n", file);
   return text;
 }

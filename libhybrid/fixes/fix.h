@@ -14,7 +14,8 @@ struct FixModel;
 
 /// A measured position of an antenna on the robot, as satellite receivers give it.
 struct Fix {
-  double time = 0;  ///< [s]
+  double time = 0;   ///< [s]
+  double delay = 0;  ///< by which that is late [s]
   /// East, north, up of a datum [m].
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   double sigma = 0;     ///< of each horizontal axis, as stated [m]; 0: not stated

@@ -8,9 +8,9 @@
 namespace hybrid {
 namespace {
 
-constexpr std::array kSuffixes{kTrueMapSuffix,          kTruePathSuffix,    kTruePositionsSuffix,
-                               kTrueAssociationsSuffix, kTrueMoversSuffix,  kTrueModesSuffix,
-                               kIdNamesSuffix,          kHeldOutFixesSuffix};
+constexpr std::array kSuffixes{kTrueMapSuffix,          kTruePathSuffix,   kTruePositionsSuffix,
+                               kTrueAssociationsSuffix, kTrueMoversSuffix, kTrueModesSuffix,
+                               kTrueFixesSuffix,        kIdNamesSuffix,    kHeldOutFixesSuffix};
 
 }  // namespace
 

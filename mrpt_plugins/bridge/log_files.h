@@ -22,6 +22,7 @@ inline constexpr std::string_view kTruePositionsSuffix = "_ground_truth_robot_pa
 inline constexpr std::string_view kTrueAssociationsSuffix = "_ground_truth_associations.csv";
 inline constexpr std::string_view kTrueMoversSuffix = "_ground_truth_movers.csv";
 inline constexpr std::string_view kTrueModesSuffix = "_ground_truth_modes.txt";
+inline constexpr std::string_view kTrueFixesSuffix = "_ground_truth_fixes.csv";
 inline constexpr std::string_view kIdNamesSuffix = "_ids.csv";
 inline constexpr std::string_view kHeldOutFixesSuffix = "_held_out_fixes.xyz";
 

@@ -100,6 +100,10 @@ TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
   for (const ReplayVariant& variant : plan.replay_variants) {
     if (variant.name == trial.method) request.settings = variant.settings;
   }
+  const fs::path fixes = folder / "simulated_ground_truth_fixes.csv";
+  if (!planned.simulate.empty() && fs::exists(fixes)) {
+    request.settings.push_back("log.truth_fixes=" + fixes.string());
+  }
   const Summary summary = replay_or_fault(request).summary;
   fs::remove(log);
   const nlohmann::json json = summary_json(summary);

@@ -78,14 +78,14 @@ std::vector<mrpt::obs::CObservation::Ptr> FixTable::take(double time) {
 }
 
 void FixTable::advance() {
-  const std::optional<ImportedFix> before = next_;
+  const std::optional<SatelliteFix> before = next_;
   next_.reset();
   if (!table_.next()) return;
   const double time = table_.time();
   if (before && time < before->time) {
     table_.fail("time", "time goes backwards: sort the rows by it");
   }
-  next_ = ImportedFix{time, place(), quality(), table_.sigma("sigma")};
+  next_ = SatelliteFix{time, place(), quality(), table_.sigma("sigma")};
 }
 
 GeodeticPoint FixTable::place() {

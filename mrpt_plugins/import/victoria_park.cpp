@@ -12,7 +12,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/import/detail/satellite_fix.h"
+#include "mrpt_plugins/bridge/detail/satellite_fix.h"
 
 namespace hybrid {
 namespace {
@@ -185,10 +185,10 @@ bool is_chosen(const std::string& fixes, std::size_t run) {
 }
 
 /// The fixes that are in the log, in the order of the file; the others are written beside it.
-std::vector<ImportedFix> read_fixes(const VictoriaParkOptions& options, LogWriter& log) {
+std::vector<SatelliteFix> read_fixes(const VictoriaParkOptions& options, LogWriter& log) {
   if (options.fixes == "none") return {};
   const LocalFrame park(kPark);
-  std::vector<ImportedFix> fixes;
+  std::vector<SatelliteFix> fixes;
   TextReader table(options.folder + "/gps.txt");
   std::size_t run = 0;
   std::optional<double> last;
@@ -222,7 +222,7 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
     log.note_end(path);
   }
   const mrpt::poses::CPose3D T_car_laser(kLaserAhead, kLaserLeft, 0, 0, 0, 0);
-  const std::vector<ImportedFix> fixes = read_fixes(options, log);
+  const std::vector<SatelliteFix> fixes = read_fixes(options, log);
   auto fix = fixes.begin();
   for (const Scan& scan : scans) {
     auto frame = planar_detections("LASER", options.detector, T_car_laser);

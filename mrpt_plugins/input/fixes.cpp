@@ -171,10 +171,9 @@ void FixCollector::add(LoggedFix fix, DropReport& report) {
     return;
   }
   fix.fix.T_keyframe_robot = T_keyframe_robot_;
-  const double period = time_ - time_before_, early = time_ - fix.fix.time;
-  if (fix.fix.time == 0) {
-    fix.fix.time = time_;
-  } else if (period > 0 && std::abs(early) <= 2 * period) {
+  if (fix.fix.time == 0) fix.fix.time = time_;
+  const double period = time_ - time_before_, early = time_ - fix.fix.time + fix.fix.delay;
+  if (period > 0 && std::abs(early) <= std::max(2 * period, std::abs(fix.fix.delay))) {
     fix.fix.T_keyframe_robot = T_keyframe_robot_ * part(T_before_now_, -early / period);
   }
   fixes_.push_back(std::move(fix));

@@ -76,7 +76,7 @@ void LogCorrection::correct(const std::string& label, LaserScan& scan) const {
 
 void LogCorrection::correct(Fix& fix) const {
   fix.sigma *= fix_sigma_factor;
-  if (fix.time != 0) fix.time -= fix_delay;
+  fix.delay = fix_delay;
   fix.receiver = receiver;
 }
 

@@ -3,6 +3,8 @@
 
 #include "mrpt_plugins/job/detail/attempt.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -58,13 +60,36 @@ std::optional<ModeScore> mode_score(const std::string& file, const RobotPart& pa
   return score_modes(part.result, part.log_rows, truth);
 }
 
+/// How well it was told what fixes are, where that is known.
+std::optional<FixScore> fix_score(const RobotSettings& robot, const RobotPart& part) {
+  if (robot.truth_fixes.empty()) return std::nullopt;
+  std::vector<TrueFix> truth = read_true_fixes(robot.truth_fixes);
+  for (TrueFix& row : truth) row.time += robot.source.reader.clock_offset;
+  std::vector<FixEstimate> own;
+  const std::vector<std::size_t>& rows = part.rows_by_keyframe;
+  for (const FixEstimate& fix : part.result.fixes) {
+    const bool is_own = fix.keyframe < rows.size() && rows[fix.keyframe] != ~std::size_t{0};
+    if (is_own) own.push_back(fix);
+  }
+  if (own.empty()) return std::nullopt;
+  if (truth.back().time < own.front().time || truth.front().time > own.back().time) {
+    throw Error(fmt::format(
+        "{}: its rows are of {:.3f} to {:.3f} s, the fixes of the log of {:.3f} to {:.3f} s: give "
+        "the truth of this log, whose times are of its clock",
+        robot.truth_fixes, truth.front().time, truth.back().time, own.front().time,
+        own.back().time));
+  }
+  return score_fixes(std::move(own), truth);
+}
+
 bool tells_paths(const std::vector<Truth>& truths) {
   return std::any_of(truths.begin(), truths.end(),
                      [](const Truth& truth) { return !truth.get().path.empty(); });
 }
 
 bool is_empty(const TruthSummary& truth) {
-  return !truth.trajectory && !truth.landmarks && !truth.associations && !truth.modes;
+  return !truth.trajectory && !truth.landmarks && !truth.associations && !truth.modes &&
+         !truth.fixes;
 }
 
 /// What the summary says of each of several robots.
@@ -77,6 +102,7 @@ std::vector<RobotSummary> robot_summaries(const ReplaySettings& settings,
     if (team.is_in_map()) robot.localized_at = team.known_at(i);
     TruthSummary truth = compare_path(truths[i], parts[i]);
     truth.modes = mode_score(settings.robots[i].truth_modes, parts[i]);
+    truth.fixes = fix_score(settings.robots[i], parts[i]);
     if (!is_empty(truth)) robot.truth = std::move(truth);
     out.push_back(std::move(robot));
   }
@@ -99,14 +125,14 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
   add_log(first);
   for (const std::string& path :
        {request.config, first.truth_path, settings.truth_map, settings.truth_movers,
-        first.truth_associations, first.truth_modes}) {
+        first.truth_associations, first.truth_modes, first.truth_fixes}) {
     provenance.add_input(path);
   }
   for (std::size_t i = 1; i < settings.robots.size(); ++i) {
     const RobotSettings& robot = settings.robots[i];
     add_log(robot);
     for (const std::string& path :
-         {robot.truth_path, robot.truth_associations, robot.truth_modes}) {
+         {robot.truth_path, robot.truth_associations, robot.truth_modes, robot.truth_fixes}) {
       provenance.add_input(path);
     }
   }
@@ -121,6 +147,7 @@ void compare_with_truth(const ReplaySettings& settings, const std::vector<RobotP
   TruthSummary truth = compare(truths, parts, mapper, settings.match_radius);
   if (parts.size() == 1) {
     truth.modes = mode_score(settings.robots.front().truth_modes, parts.front());
+    truth.fixes = fix_score(settings.robots.front(), parts.front());
   }
   if (!is_empty(truth)) summary.truth = std::move(truth);
   summary.robots = robot_summaries(settings, parts, truths, team);

@@ -7,18 +7,12 @@
 
 #include <iterator>
 
+#include "mrpt_plugins/evaluation/mode_truth.h"
+
 namespace hybrid {
 
 std::string to_string(FixMode mode) {
-  switch (mode) {
-    case FixMode::kGood:
-      return "good";
-    case FixMode::kBiased:
-      return "biased";
-    case FixMode::kFalse:
-      return "false";
-  }
-  return {};
+  return kFixModes.at(static_cast<std::size_t>(mode));
 }
 
 std::string fixes_csv(const MapResult& result) {

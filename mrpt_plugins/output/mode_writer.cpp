@@ -5,11 +5,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/evaluation/reliability.h"
 
 namespace hybrid {
+namespace {
+
+/// What a fix is said to be; nothing where that is open, as the map has no place on earth.
+std::optional<FixMode> judged_mode(const FixEstimate& fix) {
+  const auto& p = fix.probabilities;
+  const auto most = std::max_element(p.begin(), p.end());
+  if (*most > 0) return static_cast<FixMode>(most - p.begin());
+  if (!fix.mode && !fix.unused.empty()) return FixMode::kFalse;
+  return fix.mode;
+}
+
+}  // namespace
 
 std::string modes_csv(const MapResult& result) {
   std::string text = "keyframe,time,mode";
@@ -40,10 +54,32 @@ ModeScore score_modes(const MapResult& result, const std::vector<std::size_t>& l
     }
     const bool found = result.motion_modes[i] > 0, real = truth[log_rows[i]] > 0;
     ++score.motions;
-    score.found += found;
-    score.real += real;
-    score.both += found && real;
+    score.add(found, real);
   }
+  return score;
+}
+
+FixScore score_fixes(std::vector<FixEstimate> fixes, const std::vector<TrueFix>& truth) {
+  constexpr double kSameStamp = 1e-3;  // s
+  std::stable_sort(fixes.begin(), fixes.end(),
+                   [](const FixEstimate& a, const FixEstimate& b) { return a.time < b.time; });
+  FixScore score;
+  std::vector<ClassPrediction> predictions;
+  auto row = truth.begin();
+  for (const FixEstimate& fix : fixes) {
+    while (row != truth.end() && row->time < fix.time - kSameStamp) ++row;
+    if (row == truth.end()) break;
+    if (row->time > fix.time + kSameStamp) continue;  // the truth lacks it
+    const FixMode real = (row++)->mode;
+    const std::optional<FixMode> found = judged_mode(fix);
+    if (!found) continue;
+    ++score.fixes;
+    score.wrong.add(*found == FixMode::kFalse, real == FixMode::kFalse);
+    score.biased.add(*found == FixMode::kBiased, real == FixMode::kBiased);
+    const auto& p = fix.probabilities;
+    if (p[0] + p[1] + p[2] > 0) predictions.push_back({{p[0], p[1], p[2]}, static_cast<int>(real)});
+  }
+  if (!predictions.empty()) score.calibration_error = calibration(predictions).expected_error;
   return score;
 }
 

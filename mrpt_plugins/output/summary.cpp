@@ -71,6 +71,11 @@ Json to_json(const StepStatistics& s) {
           {"p95_ms", s.p95_ms},   {"p99_ms", s.p99_ms},   {"max_ms", s.max_ms}};
 }
 
+Json to_json(const DetectionScore& s) {
+  return {
+      {"real", s.real}, {"found", s.found}, {"precision", s.precision()}, {"recall", s.recall()}};
+}
+
 Json to_json(const TruthSummary& t) {
   Json out = Json::object();
   if (t.trajectory) out["trajectory"] = to_json(*t.trajectory);
@@ -91,11 +96,16 @@ Json to_json(const TruthSummary& t) {
   if (t.loop_recall) out["loop_recall"] = *t.loop_recall;
   if (t.nees_landmark) out["nees_landmark"] = *t.nees_landmark;
   if (t.modes) {
-    out["modes"] = {{"motions", t.modes->motions},
-                    {"real", t.modes->real},
-                    {"found", t.modes->found},
-                    {"precision", t.modes->precision()},
-                    {"recall", t.modes->recall()}};
+    out["modes"] = {{"motions", t.modes->motions}};
+    out["modes"].update(to_json(static_cast<const DetectionScore&>(*t.modes)));
+  }
+  if (t.fixes) {
+    out["fixes"] = {{"count", t.fixes->fixes},
+                    {"false", to_json(t.fixes->wrong)},
+                    {"biased", to_json(t.fixes->biased)}};
+    if (t.fixes->calibration_error) {
+      out["fixes"]["calibration_error"] = *t.fixes->calibration_error;
+    }
   }
   return out;
 }

@@ -48,6 +48,7 @@ struct TruthSummary {
   std::optional<double> nees_pose;       ///< mean over poses and degrees of freedom
   std::optional<double> nees_landmark;   ///< the same over landmarks
   std::optional<ModeScore> modes;        ///< of motion
+  std::optional<FixScore> fixes;         ///< of satellite receivers
   std::optional<double> loop_precision;  ///< share of the accepted closures that are true
   std::optional<double> loop_recall;     ///< share of the true closures that are accepted
 };

@@ -105,6 +105,9 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
                 "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
   robot.truth_modes =
       file_path(log, "truth_modes", "true modes of motion, a number per frame; empty: unknown");
+  robot.truth_fixes = file_path(log, "truth_fixes",
+                                "what satellite fixes are, `time,mode,error_east,error_north,"
+                                "error_up` with mode good, biased or false; empty: unknown");
   settings.title = log.get("title", settings.title.empty() ? stem_of(robot.rawlog) : settings.title,
                            "heading of the pictures");
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/mapping/mapper.h"
@@ -21,7 +22,7 @@ namespace HYBRID_API hybrid {
 /// What belongs to one robot of a replay.
 struct RobotSettings {
   std::string name;  ///< empty where there is but one
-  std::string rawlog, truth_path, truth_associations, truth_modes;
+  std::string rawlog, truth_path, truth_associations, truth_modes, truth_fixes;
   std::size_t truth_step =
       0;  ///< of the log, that the first row of a true path without times is of
   Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]

@@ -16,7 +16,8 @@
 namespace hybrid {
 namespace {
 
-constexpr const char* kTruths[] = {"truth_path", "truth_associations", "truth_modes"};
+constexpr const char* kTruths[] = {"truth_path", "truth_associations", "truth_modes",
+                                   "truth_fixes"};
 constexpr const char* kAdvice = "--truth-path NAME=FILE and --truth-map give those of these logs";
 /// Sections of which a robot may have values of its own, as SECTION.KEY.
 constexpr const char* kSections[] = {"reader", "keyframes", "sensor",     "odometry",
@@ -33,6 +34,7 @@ constexpr RobotKey kKeys[] = {
     {"truth_path", "log", true, "its true path, as in [log]"},
     {"truth_associations", "log", true, "what its measurements saw, as in [log]"},
     {"truth_modes", "log", true, "its true modes of motion, as in [log]"},
+    {"truth_fixes", "log", true, "what its fixes are, as in [log]"},
     {"truth_step", "log", false, "step of its log that the first row of truth_path is of"},
     {"truth_point", "log", false, "place on it of what gave the true positions, as in [log]"},
     {"start", "map", false, "its first pose in the map, as in [map]"},

@@ -16,7 +16,7 @@ namespace {
 constexpr IniRange kCount{1, 100000};
 constexpr IniRange kFullAngle{0, 360};
 
-std::array<double, 3> corner(IniSection& section, const std::string& key,
+std::array<double, 3> triple(IniSection& section, const std::string& key,
                              const std::vector<double>& default_value, const char* meaning) {
   const auto values = section.get(key, default_value, meaning, kCoordinate);
   if (values.size() != 3) section.fail(key, "needs three numbers: x y z");
@@ -29,8 +29,8 @@ Scenario::World read_world(IniFile& ini, bool is_3d) {
   world.landmarks = s.get("landmarks", 20, "How many; 0 with a [laser] alone", or_zero(kCount));
   world.classes = s.get("classes", std::vector<std::string>{"tree", "car", "pole", "bench"},
                         "Names of the classes");
-  world.min_corner = corner(s, "min_corner", {-12, -5, 0}, "Corner of the box, x y z [m]");
-  world.max_corner = corner(s, "max_corner", {12, 20, 0}, "Opposite corner [m]");
+  world.min_corner = triple(s, "min_corner", {-12, -5, 0}, "Corner of the box, x y z [m]");
+  world.max_corner = triple(s, "max_corner", {12, 20, 0}, "Opposite corner [m]");
   world.min_spacing = s.get("min_spacing", 1.0, "Least distance between landmarks [m]", kLength);
   if (world.classes.empty()) s.fail("classes", "needs at least one name");
   for (std::size_t i = 0; i < 3; ++i) {
@@ -210,6 +210,62 @@ Scenario::Sensor read_sensor(IniFile& ini, bool is_3d) {
   return sensor;
 }
 
+Scenario::Spells read_spells(IniSection& s, const std::string& what, const std::string& words,
+                             double shortest, double longest) {
+  Scenario::Spells spells;
+  spells.every =
+      s.get(what + "_every", 0.0,
+            "Mean time from the end of " + words + " to the next [s]; 0: none", kDuration);
+  spells.shortest = s.get(what + "_min_time", shortest, "Shortest of these [s]", kPositiveDuration);
+  spells.longest = s.get(what + "_max_time", longest, "Longest [s]", kPositiveDuration);
+  if (spells.shortest > spells.longest) {
+    s.fail(what + "_max_time", "is below " + what + "_min_time");
+  }
+  return spells;
+}
+
+void read_fix_errors(IniSection& s, Scenario::Fixes& fixes) {
+  fixes.sigma = s.get("sigma", 0.5, "Noise of a single fix, each axis [m]", or_zero(kSigmaMetres));
+  fixes.lasting_sigma =
+      s.get("lasting_sigma", 1.5, "Of the error that fixes have in common, each axis [m]",
+            or_zero(kSigmaMetres));
+  fixes.lasts = s.get("lasts", 60.0, "In which that error is forgotten [s]", kPositiveDuration);
+  fixes.biased = read_spells(s, "bias", "a run of biased fixes", 5, 60);
+  fixes.min_bias =
+      s.get("min_bias", 2.0, "Least bias of a run, in a random direction [m]", kLength);
+  fixes.max_bias = s.get("max_bias", 30.0, "Largest bias of a run [m]", kLength);
+  fixes.bias_walk =
+      s.get("bias_walk", 0.0, "By which each axis of a bias changes within a second [m]", kLength);
+  fixes.false_share = s.get("false_share", 0.0, "Of fixes that are anywhere", kProbability);
+  fixes.false_reach =
+      s.get("false_reach", 1000.0, "Side of the square in which these are [m]", kPositiveLength);
+  if (fixes.min_bias > fixes.max_bias) s.fail("max_bias", "is below min_bias");
+}
+
+Scenario::Fixes read_fixes(IniFile& ini) {
+  IniSection s = ini.section("fixes", "A receiver of satellites; adds F_ground_truth_fixes.csv");
+  Scenario::Fixes fixes;
+  fixes.period = s.get("period", 0.0, "Between fixes [s]; 0: there is no receiver",
+                       or_zero(IniRange{1e-3, 1e6}));
+  const auto datum = triple(s, "datum", {40, -4, 600},
+                            "Latitude, longitude [deg] and altitude [m] of the origin of the "
+                            "world, whose x is east");
+  if (std::abs(datum[0]) > 90 || std::abs(datum[1]) > 360) {
+    s.fail("datum", "has a latitude beyond 90 or a longitude beyond 360 degrees");
+  }
+  fixes.datum = {datum[0], datum[1], datum[2]};
+  fixes.antenna = triple(s, "antenna", {0, 0, 0}, "On the robot, x y z [m]");
+  read_fix_errors(s, fixes);
+  fixes.outages = read_spells(s, "outage", "a time without fixes", 10, 60);
+  fixes.delay = s.get("delay", 0.0, "By which stamps are late [s]", IniRange{0, 60});
+  fixes.stated_quality =
+      s.get("stated_quality", 1, "Of GGA: 1 autonomous, 2 differential, 4 RTK", IniRange{0, 8});
+  fixes.stated_sigma = s.get("stated_sigma", 0.0,
+                             "Of east and north by BESTPOS, which need not be true [m]; 0: none",
+                             or_zero(kSigmaMetres));
+  return fixes;
+}
+
 }  // namespace
 
 Scenario read_scenario(IniFile& ini) {
@@ -232,8 +288,12 @@ Scenario read_scenario(IniFile& ini) {
   scenario.movers = read_movers(ini);
   scenario.sensor = read_sensor(ini, scenario.is_3d);
   scenario.laser = read_laser(ini, scenario.is_3d);
-  if (scenario.world.landmarks == 0 && scenario.laser.rays == 0) {
-    ini.section("world").fail("landmarks", "is 0, and [laser] rays too: nothing is seen");
+  scenario.fixes = read_fixes(ini);
+  if (scenario.fixes.period > 0 && !scenario.pairs) {
+    s.fail("format", "must be 'pairs' with [fixes], whose times are not those of frames");
+  }
+  if (scenario.world.landmarks == 0 && scenario.laser.rays == 0 && scenario.fixes.period == 0) {
+    ini.section("world").fail("landmarks", "is 0, [laser] rays and [fixes] period too");
   }
   scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
   return scenario;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 namespace HYBRID_API hybrid {
@@ -87,6 +88,27 @@ struct Scenario {
     double glass_seen = 0;     ///< probability that a ray returns from glass
     double person_radius = 0;  ///< of things that move, which are discs [m]
   } laser;
+
+  /// What happens now and then, and lasts a while: never where `every` is 0.
+  struct Spells {
+    double every = 0;  ///< mean time from the end of one to the next
+    double shortest = 0, longest = 0;
+  };
+
+  /// A receiver of satellites on the robot; none where the period is 0.
+  struct Fixes {
+    double period = 0, delay = 0;  ///< of the stamps
+    GeodeticPoint datum;           ///< of the world, whose x is east
+    std::array<double, 3> antenna{};
+    double sigma = 0;                     ///< of a single fix, along each axis
+    double lasting_sigma = 0, lasts = 0;  ///< of what fixes have in common, and how long
+    Spells biased;                        ///< runs with a bias besides
+    double min_bias = 0, max_bias = 0, bias_walk = 0;
+    double false_share = 0, false_reach = 0;
+    Spells outages;
+    int stated_quality = 1;  ///< as GGA numbers it
+    double stated_sigma = 0;
+  } fixes;
 
   /// Another robot in the same world, which the sensor names by an id.
   struct Other {

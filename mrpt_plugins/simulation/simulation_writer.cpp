@@ -15,8 +15,10 @@
 #include <cmath>
 
 #include "libhybrid/io/file_writer.h"
+#include "mrpt_plugins/bridge/detail/satellite_fix.h"
 #include "mrpt_plugins/bridge/log_files.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
+#include "mrpt_plugins/output/fix_writer.h"
 #include "mrpt_plugins/simulation/simulator.h"
 
 namespace hybrid {
@@ -143,13 +145,24 @@ mrpt::obs::CActionCollection motion_3d(const SimulatedFrame& frame, const Scenar
   return mrpt::obs::CActionCollection(action);
 }
 
+mrpt::obs::CObservation::Ptr fix_observation(const SimulatedFix& fix, const Scenario& scenario) {
+  const Scenario::Fixes& f = scenario.fixes;
+  return satellite_fix({kStartTime + fix.time, fix.place,
+                        static_cast<std::uint8_t>(f.stated_quality), f.stated_sigma},
+                       "GPS", {f.antenna[0], f.antenna[1], f.antenna[2], 0, 0, 0});
+}
+
 void write_log(GzipWriter& file, const Simulation& simulation, const Scenario& scenario) {
   auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(file);
   mrpt::poses::CPose2D odometry;
+  auto fix = simulation.fixes.begin();
   for (std::size_t i = 0; i < simulation.frames.size(); ++i) {
     const SimulatedFrame& frame = simulation.frames[i];
     const auto time = stamp(scenario, i);
-    const auto sensed = observations(frame, scenario, time);
+    auto sensed = observations(frame, scenario, time);
+    for (; fix != simulation.fixes.end() && fix->frame == i; ++fix) {
+      sensed.push_back(fix_observation(*fix, scenario));
+    }
     file.check();
     if (scenario.pairs) {
       if (i > 0) {
@@ -213,6 +226,16 @@ std::string mode_table(const Simulation& simulation) {
   return text;
 }
 
+std::string fix_table(const Simulation& simulation) {
+  std::string text = "time,mode,error_east,error_north,error_up\n";
+  for (const SimulatedFix& fix : simulation.fixes) {
+    const auto& e = fix.error;
+    text += fmt::format("{:.6f},{},{:.6f},{:.6f},{:.6f}\n", kStartTime + fix.time,
+                        to_string(fix.mode), e.x(), e.y(), e.z());
+  }
+  return text;
+}
+
 }  // namespace
 
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
@@ -223,6 +246,7 @@ std::vector<std::string> write_simulation(const Simulation& simulation, const Sc
   write_text(files, kTruePathSuffix, path_table(simulation));
   if (scenario.slip.start > 0) write_text(files, kTrueModesSuffix, mode_table(simulation));
   if (!simulation.movers.empty()) write_text(files, kTrueMoversSuffix, mover_table(simulation));
+  if (scenario.fixes.period > 0) write_text(files, kTrueFixesSuffix, fix_table(simulation));
   return files.commit();
 }
 

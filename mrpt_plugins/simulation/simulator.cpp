@@ -199,6 +199,7 @@ Simulation simulate(const Scenario& scenario) {
                                 simulation.movers, i, rays);
     simulation.frames.push_back(std::move(frame));
   }
+  simulation.fixes = draw_fixes(scenario, simulation.path);
   return simulation;
 }
 

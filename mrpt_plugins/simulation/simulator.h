@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mrpt_plugins/simulation/moving_things.h"
+#include "mrpt_plugins/simulation/receiver.h"
 #include "mrpt_plugins/simulation/scenario.h"
 
 namespace HYBRID_API hybrid {
@@ -39,6 +40,7 @@ struct Simulation {
   std::vector<SimulatedMover> movers;
   std::vector<mrpt::poses::CPose3D> path;
   std::vector<SimulatedFrame> frames;
+  std::vector<SimulatedFix> fixes;  ///< in order of their stamps
 };
 
 /// Draws world, odometry and detections; throws Error if the landmarks do not fit their box.
@@ -50,8 +52,9 @@ std::vector<float> class_scores(const std::vector<std::vector<double>>& confusio
                                 std::size_t reported_class);
 
 /// Writes F.rawlog (`log_path`), F_ground_truth.txt, F_ground_truth_robot_path.txt and, if wheels
-/// may slip, F_ground_truth_modes.txt and, if things move, F_ground_truth_movers.csv; all appear
-/// together. Returns the paths. Throws Error naming the file that fails.
+/// may slip, F_ground_truth_modes.txt, if things move, F_ground_truth_movers.csv, and with a
+/// receiver F_ground_truth_fixes.csv; all appear together. Returns the paths. Throws Error naming
+/// the file that fails.
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path);
 

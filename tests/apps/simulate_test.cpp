@@ -37,6 +37,29 @@ TEST_F(Simulate, WritesLogAndTruthAndNothingElse) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "new"), {}), 3);
 }
 
+TEST_F(Simulate, FixesAreTruthThatReplayScores) {
+  write(
+      "a.ini",
+      "[path]\nradius = 40\nstep = 2\n[world]\nlandmarks = 20\nmin_corner = -45 -5 0\n"
+      "max_corner = 45 85 0\n[sensor]\nmax_range = 30\n[fixes]\nperiod = 1\nfalse_share = 0.05\n");
+  const Ran made = simulate("-c " + at("a.ini") + " -o " + at("log.rawlog"));
+  EXPECT_EQ(made.code, 0) << made.text;
+  EXPECT_NE(made.text.find(" fixes\n"), std::string::npos) << made.text;
+  const std::string truth = at("log_ground_truth_fixes.csv");
+  EXPECT_TRUE(fs::exists(truth));
+  const std::string replay = "hybrid-replay " + at("log.rawlog") + " --no-pictures -o " + at("out");
+  const Ran scored = run_app(replay + " --set log.truth_fixes=" + truth);
+  EXPECT_EQ(scored.code, 0) << scored.text;
+  EXPECT_NE(scored.text.find(", false fixes precision "), std::string::npos) << scored.text;
+  const Ran late =
+      run_app(replay + " --set reader.clock_offset=1e5 --set log.truth_fixes=" + truth);
+  EXPECT_EQ(late.code, 0) << late.text;
+  write("other.csv", "time,mode,error_east,error_north,error_up\n1,good,0,0,0\n");
+  const Ran other = run_app(replay + " --set log.truth_fixes=" + at("other.csv"));
+  EXPECT_NE(other.text.find("other.csv: its rows are of 1.000 to 1.000 s"), std::string::npos)
+      << other.text;
+}
+
 TEST_F(Simulate, ExplainsItself) {
   EXPECT_EQ(simulate("--help").code, 0);
   const Ran keys = simulate("--print-config");

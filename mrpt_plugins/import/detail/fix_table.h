@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/bridge/detail/satellite_fix.h"
 #include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/import/detail/named_table.h"
-#include "mrpt_plugins/import/detail/satellite_fix.h"
 #include "mrpt_plugins/import/detection_tables.h"
 
 namespace hybrid {
@@ -48,7 +48,7 @@ class FixTable {
   std::optional<LocalFrame> frame_;            // of tables with x and y
   std::optional<Eigen::Vector3d> subtracted_;  // the first place, where no datum is given
   std::string label_;
-  std::optional<ImportedFix> next_;
+  std::optional<SatelliteFix> next_;
   double first_ = 0, last_ = 0;
 };
 

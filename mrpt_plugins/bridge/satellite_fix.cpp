@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/detail/satellite_fix.h"
+#include "mrpt_plugins/bridge/detail/satellite_fix.h"
 
 #include <mrpt/core/Clock.h>
 
@@ -50,7 +50,7 @@ position_type::nv_position_type_t type_of(std::uint8_t quality) {
   }
 }
 
-BestPosMessage best_pos(const ImportedFix& fix) {
+BestPosMessage best_pos(const SatelliteFix& fix) {
   BestPosMessage message;
   auto& fields = message.fields;
   fields.solution_stat =
@@ -66,7 +66,7 @@ BestPosMessage best_pos(const ImportedFix& fix) {
 
 }  // namespace
 
-mrpt::obs::CObservationGPS::Ptr satellite_fix(const ImportedFix& fix, const std::string& label,
+mrpt::obs::CObservationGPS::Ptr satellite_fix(const SatelliteFix& fix, const std::string& label,
                                               const mrpt::poses::CPose3D& T_robot_antenna) {
   auto observation = mrpt::obs::CObservationGPS::Create();
   observation->sensorLabel = label;
