@@ -32,7 +32,8 @@ struct Kind {
   double redundancy = 0;
 };
 
-/// The factors in force, by kind; those of refused closures are left out.
+/// The factors in force, by kind; those of refused closures are left out. `loops` has the closures
+/// and what is measured in the map in the order of the factors.
 std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
   std::vector<Kind> kinds = {{"odometry", {}}, {"closures", {}}, {"others", {}}};
   const std::size_t edges = input.graph.poses2.size() + input.graph.poses3.size();
@@ -40,7 +41,9 @@ std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
   auto loop = loops.begin();
   for (std::size_t f = 0; f < input.factors.size(); ++f) {
     const ContinuousFactorPtr& factor = input.factors[f];
-    if (f >= edges) {
+    if (is_in_map(input.graph, f)) {
+      if ((loop++)->decision.in_force()) kinds[2].factors.push_back(factor);
+    } else if (f >= edges) {
       kinds[2].factors.push_back(factor);
     } else if (is_odometry(factor->keys()[0], factor->keys()[1])) {
       kinds[0].factors.push_back(factor);

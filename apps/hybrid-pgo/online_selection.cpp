@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "apps/hybrid-pgo/progress.h"
+#include "apps/hybrid-pgo/robust.h"
 #include "apps/hybrid-pgo/solution.h"
 #include "apps/hybrid-pgo/stopped.h"
 #include "libhybrid/core/error.h"
@@ -19,7 +20,6 @@
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/selection/part_links.h"
 #include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/health/closures.h"
 #include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
@@ -32,6 +32,11 @@ Pairs read_closures(const std::string& file, const Input& input) {
   Pairs known, pairs;
   for (const auto& edge : input.graph.poses2) known.emplace(edge.from.index(), edge.to.index());
   for (const auto& edge : input.graph.poses3) known.emplace(edge.from.index(), edge.to.index());
+  const std::size_t first = input.graph.edge_count();
+  for (std::size_t f = first; f < first + input.graph.prior_count(); ++f) {
+    const std::uint64_t pose = input.factors[f]->keys()[0].index();
+    known.emplace(pose, pose);
+  }
   for (const VertexPair& pair : read_pairs(file, false)) {
     if (known.count({pair.i, pair.j}) == 0) {
       throw Error(fmt::format("{}:{}: the graph has no edge from {} to {}", file, pair.line, pair.i,
@@ -97,8 +102,9 @@ struct InQuestion {
     problem.initial = input.initial;
     for (std::size_t f = 0; f < input.factors.size(); ++f) {
       const std::vector<Key>& keys = input.factors[f]->keys();
-      is_closure[f] = f < relative_poses && !is_odometry(keys[0], keys[1]) &&
-                      trusted.count({keys[0].index(), keys[1].index()}) == 0;
+      is_closure[f] =
+          (is_in_map(input.graph, f) || (f < relative_poses && !is_odometry(keys[0], keys[1]))) &&
+          trusted.count({keys.front().index(), keys.back().index()}) == 0;
       (is_closure[f] ? problem.closures : problem.trusted).push_back(input.factors[f]);
       if (is_closure[f]) closures.push_back(f);
     }
@@ -118,7 +124,7 @@ struct InQuestion {
     for (std::size_t k = 0; k < links.size(); ++k) {
       solution.decisions[closures[joined.links[k].closure]] = links[k];
     }
-    solution.health = parts_health(links, joined.candidates);
+    solution.health = links_health(joined, links);
   }
 };
 
@@ -130,7 +136,7 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   const Pairs pairs = trusts_all || trusted == "odometry" ? Pairs() : read_closures(trusted, input);
   const InQuestion in_question(input, trusts_all, pairs, options.selection);
   OnlineSelection selection(options);
-  PoseFeed feed(input.graph, input.initial, {},
+  PoseFeed feed(input.graph, trusts_all ? input.initial : in_question.joined.problem.initial, {},
                 [&](std::size_t f) { return !in_question.is_closure[f]; });
   std::unordered_map<const ContinuousFactor*, std::size_t> number;
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;

@@ -77,6 +77,7 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   summary.cost_online = solution.cost_online;
   std::vector<ClosureDecision> decisions;
   for (const Loop& loop : loops) {
+    if (loop.in_map()) continue;
     decisions.push_back(loop.decision);
     ++(loop.decision.in_force() ? summary.inliers : summary.outliers);
     if (!loop.decision.checkable && loop.decision.accepted()) ++summary.unchecked;
@@ -107,13 +108,35 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   return summary;
 }
 
-void report(const GraphSummary& summary, const OutputDirectory& out) {
+/// Poses and positions measured in the frame of the map.
+struct InMap {
+  std::size_t all = 0, rejected = 0;
+
+  explicit InMap(const std::vector<Loop>& loops) {
+    for (const Loop& loop : loops) {
+      all += loop.in_map() ? 1 : 0;
+      rejected += loop.in_map() && !loop.decision.in_force() ? 1 : 0;
+    }
+  }
+};
+
+/// summary.json.
+nlohmann::ordered_json json_of(const GraphSummary& summary, const InMap& in_map) {
+  nlohmann::ordered_json json = summary_json(summary);
+  if (in_map.all == 0) return json;
+  json["in_map"] = in_map.all - in_map.rejected;
+  json["in_map_rejected"] = in_map.rejected;
+  return json;
+}
+
+void report(const GraphSummary& summary, const InMap& in_map, const OutputDirectory& out) {
   if (!summary.message.empty()) complain("hybrid-pgo: {}\n", summary.message);
   if (!summary.note.empty()) complain("hybrid-pgo: {}\n", summary.note);
   for (const std::string& line : health_lines(summary.health)) complain("hybrid-pgo: {}\n", line);
-  say("{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
-      summary.poses, summary.landmarks, summary.inliers + summary.outliers, summary.outliers,
-      summary.cost, summary.solver_s);
+  say("{} poses, {} landmarks, {} loop closures ({} rejected), ", summary.poses, summary.landmarks,
+      summary.inliers + summary.outliers, summary.outliers);
+  if (in_map.all > 0) say("{} measured in the map ({} rejected), ", in_map.all, in_map.rejected);
+  say("cost {:.6g}, {:.3f} s solving", summary.cost, summary.solver_s);
   if (summary.steps) {
     say(" (step mean {:.3f} ms, p95 {:.3f} ms, max {:.3f} ms)", summary.steps->mean_ms,
         summary.steps->p95_ms, summary.steps->max_ms);
@@ -263,20 +286,21 @@ int optimize(const Options& options) {
     compare_with_labels(options.labels, loops, *summary.truth);
   }
   summary.provenance = provenance(options);
+  const InMap in_map(loops);
   write_outputs(options, out, input, solution, loops, truth);
   if (options.report) {
     const std::string title = std::filesystem::path(options.graph).stem().string();
     out.write("report.html",
               report_page(graph_report_json(graph_report(title, input, solution, loops, truth),
-                                            summary_json(summary))));
+                                            json_of(summary, in_map))));
   }
   summary.total_s = std::chrono::duration<double>(Clock::now() - start).count();
-  const std::vector<std::string> told = out.publish(summary_json(summary));
+  const std::vector<std::string> told = out.publish(json_of(summary, in_map));
   const int code = settle(solution.signal != 0       ? kExitInterrupted + solution.signal
                           : solution.message.empty() ? kExitOk
                                                      : kExitPartial);
   for (const std::string& text : told) complain("hybrid-pgo: {}\n", text);
-  report(summary, out);
+  report(summary, in_map, out);
   return code;
 }
 

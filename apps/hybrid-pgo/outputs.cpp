@@ -55,6 +55,14 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              loops.back().decision = decision->second;
                            loops.back().decision.chi_square = 2 * factor.cost(estimate);
                          });
+  const std::size_t first = input.graph.edge_count();
+  for (std::size_t f = first; f < first + input.graph.prior_count(); ++f) {
+    const Key pose = input.factors[f]->keys()[0];
+    loops.push_back({pose, pose});
+    const auto decision = decisions.find(f);
+    if (decision != decisions.end()) loops.back().decision = decision->second;
+    loops.back().decision.chi_square = 2 * input.factors[f]->cost(estimate);
+  }
   return loops;
 }
 
@@ -145,6 +153,7 @@ void draw_graph(const OutputDirectory& out, PictureFormat format, const std::str
   drawing.subtitle = fmt::format("After optimisation ({}): cost {:.6g}",
                                  solution.steps.empty() ? "batch" : "online", solution.cost);
   for (const Loop& loop : loops) {
+    if (loop.in_map()) continue;
     (loop.decision.in_force() ? drawing.closures : drawing.rejected)
         .emplace_back(position(values, loop.from), position(values, loop.to));
   }
@@ -179,6 +188,7 @@ GraphReport graph_report(const std::string& title, const Input& input, const Sol
     if (is_odometry) report.edges.emplace_back(place.at(from), place.at(to));
   });
   for (const Loop& loop : loops) {
+    if (loop.in_map()) continue;
     report.closures.push_back({place.at(loop.from), place.at(loop.to), loop.decision});
   }
   for (const PosePair& pair : truth) {

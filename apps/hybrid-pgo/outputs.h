@@ -15,13 +15,16 @@
 
 namespace hybrid {
 
-/// A loop closure and the decision about it.
+/// A loop closure and the decision about it; or a pose or position of `from` in the frame of the
+/// map.
 struct Loop {
-  Key from, to;
+  Key from, to;  ///< the same pose twice for a measurement in the frame of the map
   ClosureDecision decision = ClosureDecision::trusted();
+
+  bool in_map() const { return from == to; }
 };
 
-/// All loop closures of a graph in the order of the file.
+/// All loop closures of a graph in the order of the file, then what is measured in the map.
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              const std::map<std::size_t, ClosureDecision>& decisions);
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
@@ -37,6 +38,12 @@ bool has_flags(const std::map<Pair, bool>& pairs) {
   return false;
 }
 
+/// Whether any pair is of a measurement in the frame of the map.
+bool names_in_map(const std::map<Pair, bool>& pairs) {
+  return std::any_of(pairs.begin(), pairs.end(),
+                     [](const auto& pair) { return pair.first.first == pair.first.second; });
+}
+
 /// The robust problem of one part, with the index in `loops` of each closure and of each link.
 struct Task : RobustTask {
   JoinedParts joined;
@@ -49,15 +56,21 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
   if (by_file) trusted = read_flags(options.trusted);
   const OdometryEdges is_odometry(input.graph);
   Task task;
-  std::vector<std::size_t> loop_of;  // of relative poses that are not trusted, asked in order
-  task.problem = to_robust_problem(input.graph, input.initial, [&](Key from, Key to) {
-    const bool odometry = is_odometry(from, to);
+  const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
+  std::vector<std::size_t> loop_of;  // of closures that are not trusted, asked in order
+  task.problem.initial = input.initial;
+  for (std::size_t f = 0; f < input.factors.size(); ++f) {
+    const ContinuousFactorPtr& factor = input.factors[f];
+    const Key from = factor->keys().front(), to = factor->keys().back();
+    const bool in_map = is_in_map(input.graph, f);
+    const bool odometry = !in_map && (f >= relative_poses || is_odometry(from, to));
     const auto named = trusted.find({from.index(), to.index()});
-    const bool trust = by_file ? named != trusted.end() && named->second : odometry;
+    const bool is_named = named != trusted.end() && named->second;
+    const bool trust = f >= relative_poses && !in_map ? true : by_file ? is_named : odometry;
     if (!odometry || !trust) loops.push_back({from, to});
     if (!trust) loop_of.push_back(loops.size() - 1);
-    return trust;
-  });
+    (trust ? task.problem.trusted : task.problem.closures).push_back(factor);
+  }
   task.joined = join_parts(task.problem, options.methods.portfolio.selection);
   task.problem = task.joined.problem;
   for (const std::size_t k : task.joined.closures) task.loop_of.push_back(loop_of[k]);
@@ -66,9 +79,12 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
   }
   if (options.labels.empty()) return task;
   const std::map<Pair, bool> labels = read_flags(options.labels);
+  const bool of_map = names_in_map(labels);
   for (const ContinuousFactorPtr& closure : task.problem.closures) {
-    const auto label = labels.find({closure->keys()[0].index(), closure->keys()[1].index()});
-    task.truth.push_back(label != labels.end() && label->second);
+    const Key from = closure->keys().front(), to = closure->keys().back();
+    const auto label = labels.find({from.index(), to.index()});
+    const bool is_true = label != labels.end() && label->second;
+    task.truth.push_back(is_true || (from == to && !of_map));
   }
   return task;
 }
@@ -98,8 +114,16 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
   for (std::size_t k = 0; k < links.size(); ++k) {
     loops[task.loop_of_link[k]].decision = links[k];
   }
-  solution.health = parts_health(links, task.joined.candidates);
+  solution.health = links_health(task.joined, links);
   return solution;
+}
+
+Health links_health(const JoinedParts& joined, const std::vector<ClosureDecision>& links) {
+  std::vector<ClosureDecision> of_parts;
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    if (!joined.links[k].to_map) of_parts.push_back(links[k]);
+  }
+  return parts_health(of_parts, joined.candidates);
 }
 
 double discrete_gap(const Input& input, const Options& options, const std::vector<Loop>& loops,
@@ -116,11 +140,11 @@ double discrete_gap(const Input& input, const Options& options, const std::vecto
 void compare_with_labels(const std::string& file, const std::vector<Loop>& loops,
                          TruthSummary& truth) {
   const std::map<Pair, bool> labels = read_flags(file);
-  const bool others_unknown = has_flags(labels);
+  const bool others_unknown = has_flags(labels), of_map = names_in_map(labels);
   double accepted = 0, accepted_true = 0, all_true = 0;
   for (const Loop& loop : loops) {
     const auto label = labels.find({loop.from.index(), loop.to.index()});
-    if (label == labels.end() && others_unknown) continue;
+    if (label == labels.end() && (others_unknown || (loop.in_map() && !of_map))) continue;
     const bool is_true = label != labels.end() && label->second;
     const bool in = loop.decision.in_force();
     accepted += in;

@@ -6,6 +6,7 @@
 #include "apps/hybrid-pgo/options.h"
 #include "apps/hybrid-pgo/outputs.h"
 #include "apps/hybrid-pgo/solution.h"
+#include "libhybrid/selection/part_links.h"
 
 namespace hybrid {
 
@@ -14,6 +15,9 @@ namespace hybrid {
 /// closures that agree, see join_parts. Throws Error for a file of trusted pairs that
 /// cannot be read.
 Solution solve_robust(const Input& input, const Options& options, std::vector<Loop>& loops);
+
+/// What the decisions on the links of parts say about the result.
+Health links_health(const JoinedParts& joined, const std::vector<ClosureDecision>& links);
 
 /// How much lower than that of a solution the joint objective of other poses and decisions can be
 /// at most, see bound_objective.

@@ -35,6 +35,11 @@ struct Input {
   std::vector<Key> poses() const;
 };
 
+/// Whether a factor of `to_factors` is a pose or a position measured in the frame of the map.
+inline bool is_in_map(const PoseGraph& graph, std::size_t factor) {
+  return factor >= graph.edge_count() && factor < graph.edge_count() + graph.prior_count();
+}
+
 /// Reads a graph. `start` is "file", "odometry", "chordal", "tree" or "auto": the file if it has
 /// all vertices, else odometry. With a seed `shuffle`, hypotheses are put into random order.
 /// `repair_information` makes information matrices positive definite. Where closures are

@@ -53,12 +53,13 @@ void append_part(Key first, const Neighbours& neighbours, std::unordered_set<Key
   }
 }
 
-/// The poses measured in the map, or the one of smallest id if only landmarks are.
-std::vector<Key> poses_in_map(const std::vector<ContinuousFactorPtr>& factors, std::size_t priors,
+/// The poses measured in the map by what connects, or the one of smallest id if only landmarks are.
+std::vector<Key> poses_in_map(const std::vector<ContinuousFactorPtr>& factors,
+                              const std::vector<bool>& connects, std::size_t priors,
                               const Neighbours& neighbours) {
   std::vector<Key> poses;
   for (std::size_t f = priors; f < factors.size(); ++f) {
-    if (is_pose(factors[f]->keys()[0])) poses.push_back(factors[f]->keys()[0]);
+    if (connects[f] && is_pose(factors[f]->keys()[0])) poses.push_back(factors[f]->keys()[0]);
   }
   if (!poses.empty()) return poses;
   Key first{key_letter::kPose, ~std::uint64_t{0}};
@@ -84,13 +85,17 @@ bool hold_map(const std::vector<Eigen::Vector3d>& positions, bool planar) {
   return along.norm() > kApart && (planar || width > kApart * along.norm());
 }
 
-/// For each pose with absolute measurements its positions; none where a pose is measured.
-std::unordered_map<Key, std::vector<Eigen::Vector3d>> positions_of(const PoseGraph& graph) {
+/// For each pose the positions that connect it to the map.
+std::unordered_map<Key, std::vector<Eigen::Vector3d>> positions_of(
+    const PoseGraph& graph, const std::vector<bool>& connects) {
   std::unordered_map<Key, std::vector<Eigen::Vector3d>> positions;
+  std::size_t f = graph.edge_count() + graph.priors2.size() + graph.priors3.size();
   for (const auto& p : graph.positions2) {
-    positions[p.pose].emplace_back(p.measured.x(), p.measured.y(), 0.0);
+    if (connects[f++]) positions[p.pose].emplace_back(p.measured.x(), p.measured.y(), 0.0);
   }
-  for (const auto& p : graph.positions3) positions[p.pose].push_back(p.measured);
+  for (const auto& p : graph.positions3) {
+    if (connects[f++]) positions[p.pose].push_back(p.measured);
+  }
   return positions;
 }
 
@@ -127,7 +132,7 @@ PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFac
   connects_.assign(factors_.size(), true);
   for (std::size_t f = 0; connects && f < factors_.size(); ++f) connects_[f] = connects(f);
   const Neighbours neighbours = connections(factors_, connects_);
-  const std::vector<Key> in_map = poses_in_map(factors_, graph.edge_count(), neighbours);
+  const std::vector<Key> in_map = poses_in_map(factors_, connects_, graph.edge_count(), neighbours);
   std::unordered_set<Key> seen;
   for (const Key first : in_map) {
     if (seen.count(first) != 0) continue;
@@ -141,14 +146,16 @@ PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFac
 /// The first step of a part has as many poses as it takes to tell where it lies.
 void PoseFeed::split_into_steps(std::size_t begin) {
   const auto is_held = [&](Key pose) {
-    return std::any_of(factors_.begin() + std::ptrdiff_t(graph_.edge_count()), factors_.end(),
-                       [&](const ContinuousFactorPtr& factor) {
-                         return factor->keys()[0] == pose &&
-                                factor->rows() == factor->types()[0].dim;
-                       });
+    for (std::size_t f = graph_.edge_count(); f < factors_.size(); ++f) {
+      const ContinuousFactor& factor = *factors_[f];
+      if (connects_[f] && factor.keys()[0] == pose && factor.rows() == factor.types()[0].dim) {
+        return true;
+      }
+    }
+    return false;
   };
   std::size_t first = 1;
-  const auto positions = positions_of(graph_);
+  const auto positions = positions_of(graph_, connects_);
   if (positions.count(poses_[begin]) != 0 && !is_held(poses_[begin])) {
     std::vector<Eigen::Vector3d> known;
     for (first = 0; begin + first < poses_.size() && !hold_map(known, graph_.positions3.empty());) {

@@ -6,14 +6,14 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
 #include "libhybrid/core/move_variable.h"
 #include "libhybrid/factors/between.h"
-#include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/relative_pose.h"
+#include "libhybrid/selection/detail/division.h"
 #include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/detail/map_links.h"
 #include "libhybrid/selection/detail/motion.h"
 #include "libhybrid/solvers/null_space.h"
 
@@ -24,110 +24,6 @@ namespace {
 /// with all others between their parts.
 constexpr std::size_t kMostPairs = 100000;
 constexpr std::size_t kLeastSeeds = 8;
-/// Of the priors that hold each part while it is mapped alone [m, rad].
-constexpr double kAnchorSigma = 1e-3;
-
-/// Variables that trusted factors connect (union-find). A part is known by one of its variables.
-class Parts {
- public:
-  Key of(Key key) {
-    Key at = key;
-    while (parent_.emplace(at, at).first->second != at) at = parent_[at];
-    parent_[key] = at;
-    return at;
-  }
-  /// Connects two variables; the part of the first one gives its name to both.
-  void join(Key a, Key b) { parent_[of(b)] = of(a); }
-
- private:
-  std::unordered_map<Key, Key> parent_;
-};
-
-/// The parts of a problem. Those in the frame of the map are one part, if there are any.
-struct Division {
-  Parts parts;
-  std::vector<Key> names;  // of the parts, that of the map first
-  bool has_map = false;
-
-  explicit Division(const RobustProblem& problem) {
-    HybridGraph graph;
-    for (const ContinuousFactorPtr& factor : problem.trusted) {
-      graph.add(factor);
-      for (const Key key : factor->keys()) parts.join(factor->keys()[0], key);
-    }
-    find_names(problem);
-    if (names.size() < 2) return;
-    std::map<Key, bool> is_held;  // by part; one without factors is not
-    for (const ContinuousFactorPtr& factor : problem.trusted) {
-      is_held[parts.of(factor->keys()[0])] = true;
-    }
-    for (const FreeVariable& variable : free_variables(graph, {problem.initial, {}})) {
-      is_held[parts.of(variable.key)] = false;
-    }
-    std::optional<Key> map;
-    for (const Key name : names) {
-      if (!is_held[name]) continue;
-      if (map) parts.join(*map, name);
-      map = map.value_or(name);
-    }
-    has_map = map.has_value();
-    find_names(problem);
-    if (has_map) std::swap(*std::find(names.begin(), names.end(), *map), names.front());
-  }
-
- private:
-  void find_names(const RobustProblem& problem) {
-    names.clear();
-    std::vector<Key> keys = problem.initial.keys();
-    std::sort(keys.begin(), keys.end());
-    for (const Key key : keys) {
-      const Key name = parts.of(key);
-      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    }
-  }
-};
-
-/// Whether all variables of a factor are in one part.
-bool is_within(const ContinuousFactor& factor, Parts& parts) {
-  const Key first = parts.of(factor.keys().at(0));
-  return std::all_of(factor.keys().begin(), factor.keys().end(),
-                     [&](Key key) { return parts.of(key) == first; });
-}
-
-/// A prior on a pose where it is.
-ContinuousFactorPtr anchor(Key key, const Values& values) {
-  if (values.type(key) == Variable<SE2>::type()) {
-    return std::make_shared<Prior<SE2>>(key, values.at<SE2>(key),
-                                        Noise::isotropic(SE2::kDim, kAnchorSigma));
-  }
-  return std::make_shared<Prior<SE3>>(key, values.at<SE3>(key),
-                                      Noise::isotropic(SE3::kDim, kAnchorSigma));
-}
-
-/// All parts but that of the map are held where they are, and what else is measured of them in the
-/// frame of the map is left out.
-RobustProblem parts_alone(const RobustProblem& problem, Division& division) {
-  RobustProblem alone;
-  alone.initial = problem.initial;
-  Parts& parts = division.parts;
-  const Key map = division.has_map ? parts.of(division.names.front()) : Key();
-  for (const ContinuousFactorPtr& factor : problem.trusted) {
-    if (factor->keys().size() > 1 || parts.of(factor->keys()[0]) == map) {
-      alone.trusted.push_back(factor);
-    }
-  }
-  std::map<Key, Key> first;  // pose by part
-  for (const Key key : problem.initial.keys()) {
-    if (!is_pose(problem.initial.type(key)) || parts.of(key) == map) continue;
-    const auto [place, is_new] = first.emplace(parts.of(key), key);
-    if (!is_new) place->second = std::min(place->second, key);
-  }
-  for (const auto& [part, key] : first) alone.trusted.push_back(anchor(key, problem.initial));
-  for (const ContinuousFactorPtr& closure : problem.closures) {
-    if (is_within(*closure, parts)) alone.closures.push_back(closure);
-  }
-  return alone;
-}
 
 /// A map at its estimate, which tells how sure it is of motions.
 class LinearMap {
@@ -296,6 +192,79 @@ void place(const Bridge& bridge, const ContinuousFactor& closure, Division& divi
   parts.join(fixed, moved);
 }
 
+/// Leaves out the closures that have become trusted.
+void erase_taken(const std::vector<bool>& taken, JoinedParts& joined) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < taken.size(); ++k) {
+    if (taken[k]) continue;
+    joined.problem.closures[kept] = joined.problem.closures[k];
+    joined.closures[kept++] = joined.closures[k];
+  }
+  joined.problem.closures.resize(kept);
+  joined.closures.resize(kept);
+}
+
+/// What tells where the parts lie that are not in the map, with closures numbered as in the
+/// problem; `alone` and `result` are the parts alone and their maps.
+std::vector<MapLinks> links_to_map(const RobustProblem& problem, const RobustProblem& alone,
+                                   const RobustResult& result, Division& division,
+                                   const ClosureSelectionOptions& options) {
+  Parts& parts = division.parts;
+  std::map<Key, RobustProblem> part;
+  std::map<Key, std::vector<std::size_t>> numbers;
+  const Key map = division.has_map ? parts.of(division.names.front()) : Key();
+  for (std::size_t k = 0; k < problem.closures.size(); ++k) {
+    const Key name = parts.of(problem.closures[k]->keys()[0]);
+    if (!is_absolute(*problem.closures[k]) || (division.has_map && name == map)) continue;
+    part[name].closures.push_back(problem.closures[k]);
+    numbers[name].push_back(k);
+  }
+  if (part.empty()) return {};
+  const auto add = [&](const ContinuousFactorPtr& factor) {
+    const auto own = part.find(parts.of(factor->keys()[0]));
+    if (own != part.end()) own->second.trusted.push_back(factor);
+  };
+  for (const ContinuousFactorPtr& factor : problem.trusted) add(factor);
+  for (std::size_t k = 0; k < alone.closures.size(); ++k) {
+    if (result.decisions[k].accepted()) add(alone.closures[k]);
+  }
+  for (const Key key : result.values.keys()) {
+    const auto own = part.find(parts.of(key));
+    if (own == part.end()) continue;
+    own->second.initial.insert(key, result.values.type(key), result.values.data(key));
+  }
+  std::vector<MapLinks> found;
+  for (const auto& [name, own] : part) {
+    found.push_back(find_map_links(own, options));
+    for (std::size_t& k : found.back().closures) k = numbers[name][k];
+  }
+  return found;
+}
+
+/// Takes links to the map, and makes them trusted; those that are decided, or all. Returns whether
+/// there were any.
+bool take(const std::vector<MapLinks>& found, bool all, JoinedParts& joined) {
+  RobustProblem& problem = joined.problem;
+  std::vector<bool> taken(problem.closures.size(), false);
+  const std::size_t before = joined.links.size();
+  for (const MapLinks& links : found) {
+    if (!links.decided && !all) continue;
+    for (const std::size_t k : links.closures) {
+      taken[k] = true;
+      problem.trusted.push_back(problem.closures[k]);
+      joined.links.push_back(
+          {joined.closures[k], links.closures.size() + links.agreeing, 1 + links.agreeing, true});
+    }
+    for (const Key key : links.values.keys()) {
+      const VariableType type = links.values.type(key);
+      std::copy_n(links.values.data(key), type.size,
+                  problem.initial.data(problem.initial.slot(key)));
+    }
+  }
+  erase_taken(taken, joined);
+  return joined.links.size() > before;
+}
+
 /// Takes bridges, and makes them trusted; those that are decided or, if there are none, all.
 /// Returns whether they were decided.
 bool take(const std::vector<Bridge>& bridges, Division& division, JoinedParts& joined) {
@@ -315,15 +284,16 @@ bool take(const std::vector<Bridge>& bridges, Division& division, JoinedParts& j
     problem.trusted.push_back(problem.closures[k]);
     joined.links.push_back({joined.closures[k], bridge.candidates, bridge.agreeing});
   }
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < taken.size(); ++k) {
-    if (taken[k]) continue;
-    problem.closures[kept] = problem.closures[k];
-    joined.closures[kept++] = joined.closures[k];
-  }
-  problem.closures.resize(kept);
-  joined.closures.resize(kept);
+  erase_taken(taken, joined);
   return decided;
+}
+
+/// Whether there are parts to join, or one that closures measure in the map and nothing holds.
+bool is_open(const Division& division, const RobustProblem& problem) {
+  return division.names.size() > 1 ||
+         (!division.has_map &&
+          std::any_of(problem.closures.begin(), problem.closures.end(),
+                      [](const ContinuousFactorPtr& closure) { return is_absolute(*closure); }));
 }
 
 }  // namespace
@@ -332,17 +302,25 @@ JoinedParts join_parts(const RobustProblem& problem, const ClosureSelectionOptio
   JoinedParts joined;
   joined.problem = problem;
   for (std::size_t k = 0; k < problem.closures.size(); ++k) joined.closures.push_back(k);
-  for (Division division(problem); division.names.size() > 1; division = Division(joined.problem)) {
+  for (Division division(problem); is_open(division, joined.problem);
+       division = Division(joined.problem)) {
     const RobustProblem alone = parts_alone(joined.problem, division);
     const RobustResult result = select_closures(alone, options);
-    LinearMap maps(graph_in_force(alone, result), result.values, result.variance_factor, options);
-    const std::vector<Bridge> bridges = find_bridges(joined.problem, division, maps, options);
-    if (bridges.empty()) break;
-    if (joined.links.empty()) {
+    const std::vector<MapLinks> to_map =
+        links_to_map(joined.problem, alone, result, division, options);
+    std::vector<Bridge> bridges;
+    if (division.names.size() > 1) {
+      LinearMap maps(graph_in_force(alone, result), result.values, result.variance_factor, options);
+      bridges = find_bridges(joined.problem, division, maps, options);
+    }
+    if (joined.candidates == 0) {
       for (const Bridge& bridge : bridges) joined.candidates += bridge.candidates;
     }
     joined.problem.initial = result.values;
-    if (!take(bridges, division, joined)) break;
+    if (take(to_map, false, joined)) continue;
+    const bool decided = !bridges.empty() && bridges.front().decided;
+    if (!decided && take(to_map, true, joined)) continue;
+    if (bridges.empty() || !take(bridges, division, joined)) break;
   }
   return joined;
 }

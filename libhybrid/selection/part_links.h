@@ -11,11 +11,12 @@
 namespace HYBRID_API hybrid {
 
 /// A closure that connects two parts of a trajectory, as those of two robots, which the trusted
-/// factors leave apart.
+/// factors leave apart; or one of those that tell where a part lies in the map.
 struct PartLink {
   std::size_t closure = 0;     ///< its number in the problem of several parts
-  std::size_t candidates = 1;  ///< closures between its two parts
+  std::size_t candidates = 1;  ///< closures between its two parts, or between its part and the map
   std::size_t agreeing = 1;    ///< those of them that agree with it, which counts as one
+  bool to_map = false;         ///< whether it is a pose or position in the frame of the map
 };
 
 /// A problem whose parts are connected.
@@ -34,6 +35,10 @@ struct JoinedParts {
 /// parts are joined by the closure for which the others give the most evidence, those first that
 /// have most of it. Only where no set of closures agrees, it is the first one in order. The
 /// comparisons are those of up to 100,000 pairs, or of 8 closures with all others.
+///
+/// A closure of one variable is a pose or a position in the frame of the map, which may be false,
+/// too. A part that no trusted factor holds lies where as few of them as hold it (one pose, two
+/// positions in the plane, three in space) agree with most others; these are its links.
 JoinedParts join_parts(const RobustProblem& problem, const ClosureSelectionOptions& options = {});
 
 /// The decisions on the links, given all others, from the result of a solver for the joined

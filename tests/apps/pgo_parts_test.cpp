@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "libhybrid/geometry/se2.h"
 #include "tests/apps/run_app.h"
@@ -160,6 +162,145 @@ TEST_F(PgoParts, SaysWhatIsDoubtfulInTheFile) {
   }
   solved(write("inverted.g2o", inverted));
   EXPECT_NE(said.find("Is the information a covariance?"), std::string::npos) << said;
+}
+
+/// Graphs with positions and poses measured in the map, some of which are false.
+class PgoInMap : public PgoParts {
+ protected:
+  /// A position of every third pose from `first` on; `wrong` of them are 50 m off.
+  std::string positions(int robot, int poses, int first, int wrong, const SE2& origin = SE2()) {
+    std::ostringstream text;
+    text.precision(15);
+    int count = 0;
+    for (int k = first; k < poses; k += 3, ++count) {
+      const bool is_false = count % 4 == 2 && count / 4 < wrong;
+      const double off = is_false ? 50 : 0, way = random.uniform(-3, 3);
+      const double x = random.normal(0.1), y = random.normal(0.1);
+      const SE2 at = origin * truth(robot, k);
+      text << "EDGE_PRIOR_SE2_XY " << symbol(robot, k) << ' ' << at.x() + x + off * std::cos(way)
+           << ' ' << at.y() + y + off * std::sin(way) << " 100 0 100\n";
+      if (is_false) false_ones.insert(symbol(robot, k));
+    }
+    return text.str();
+  }
+  std::string true_poses(int robots, int poses, const SE2& origin = SE2()) {
+    std::string text;
+    for (int robot = 0; robot < robots; ++robot) {
+      for (int k = 0; k < poses; ++k) {
+        text += "VERTEX_SE2 " + std::to_string(symbol(robot, k)) +
+                numbers(origin * truth(robot, k)) + '\n';
+      }
+    }
+    return " --truth " + write("truth.g2o", text);
+  }
+  /// The poses in loops.csv whose measurement in the map was rejected.
+  std::set<std::uint64_t> rejected() {
+    std::set<std::uint64_t> poses;
+    std::istringstream rows(read("out/loops.csv"));
+    for (std::string row; std::getline(rows, row);) {
+      const std::size_t j = row.find(',') + 1, decision = row.find(',', j) + 1;
+      if (decision == 0 || row.substr(0, j - 1) != row.substr(j, decision - j - 1)) continue;
+      if (row.compare(decision, 8, "rejected") == 0) poses.insert(std::stoull(row));
+    }
+    return poses;
+  }
+
+  std::set<std::uint64_t> false_ones;
+};
+
+TEST_F(PgoInMap, FalsePositionsAreFoundAsFalseClosuresAre) {
+  const std::string graph = write("g.g2o", odometry(0, 80) + positions(0, 80, 0, 5));
+  const std::string truth = true_poses(1, 80);
+  for (const std::string mode : {"", " --online --trusted odometry", " --method portfolio"}) {
+    const nlohmann::json result = solved(graph + truth + mode);
+    EXPECT_EQ(rejected(), false_ones) << mode;
+    EXPECT_EQ(result.at("in_map"), 22) << mode;
+    EXPECT_EQ(result.at("in_map_rejected"), 5) << mode;
+    EXPECT_EQ(result.at("inliers"), 0) << mode;
+    EXPECT_LT(result.at("truth").at("trajectory").at("aligned").at("rmse_m"), 0.2) << mode;
+  }
+  solved(graph + " --method lm");
+  EXPECT_EQ(rejected().size(), 0);
+}
+
+TEST_F(PgoInMap, FalsePositionsDoNotMoveParts) {
+  const std::string graph = write("g.g2o", odometry(0, 60) + positions(0, 60, 5, 4) +
+                                               odometry(1, 60) + positions(1, 60, 20, 2));
+  const std::string truth = true_poses(2, 60);
+  for (const std::string mode : {"", " --online --trusted odometry"}) {
+    const nlohmann::json result = solved(graph + truth + mode);
+    EXPECT_EQ(rejected(), false_ones) << mode;
+    EXPECT_LT(result.at("truth").at("trajectory").at("aligned").at("rmse_m"), 0.3) << mode;
+  }
+}
+
+TEST_F(PgoInMap, FalsePosesAndClosuresTogether) {
+  std::string text = odometry(0, 80), labels;
+  for (int k = 0; k < 80; k += 5) {
+    const bool is_false = k % 20 == 10;
+    text += "EDGE_PRIOR_SE2 " + std::to_string(symbol(0, k)) +
+            numbers(is_false ? SE2(k, -k, 1) : noisy(truth(0, k))) + " 2500 0 0 2500 0 10000\n";
+    if (is_false) false_ones.insert(symbol(0, k));
+  }
+  for (int k = 0; k < 30; ++k) {
+    const bool is_true = k % 3 > 0;
+    text += edge(symbol(0, k), symbol(0, k + 40),
+                 is_true ? noisy(truth(0, k).between(truth(0, k + 40))) : SE2(k % 5, 3, k));
+    if (is_true) {
+      labels += std::to_string(symbol(0, k)) + ' ' + std::to_string(symbol(0, k + 40)) + '\n';
+    }
+  }
+  const std::string options = write("g.g2o", text) + " --labels " + write("true.txt", labels);
+  for (const std::string mode : {"", " --online --trusted odometry"}) {
+    const nlohmann::json result = solved(options + mode);
+    EXPECT_EQ(rejected(), false_ones) << mode;
+    EXPECT_EQ(result.at("truth").at("loop_precision"), 1.0) << mode;
+    EXPECT_EQ(result.at("truth").at("loop_recall"), 1.0) << mode;
+  }
+}
+
+TEST_F(PgoInMap, WhatAloneHoldsTheMapIsNotRejected) {
+  const std::string prior = "EDGE_PRIOR_SE2 " + std::to_string(symbol(0, 7)) +
+                            numbers(SE2(100, 200, 1)) + " 2500 0 0 2500 0 10000\n";
+  const std::string graph = write("g.g2o", odometry(0, 60) + prior);
+  for (const std::string mode : {"", " --online --trusted odometry"}) {
+    const nlohmann::json result = solved(graph + mode);
+    EXPECT_EQ(result.at("in_map"), 1) << mode;
+    EXPECT_EQ(rejected().size(), 0) << mode;
+    EXPECT_LT(result.at("cost"), 1e-9) << mode;
+  }
+}
+
+TEST_F(PgoInMap, PositionsMayComeLate) {
+  const std::string graph = write("g.g2o", odometry(0, 60) + positions(0, 60, 31, 0));
+  const double cost = solved(graph + " --method lm").at("cost");
+  for (const std::string mode : {"", " --online", " --online --trusted odometry"}) {
+    EXPECT_NEAR(solved(graph + mode).at("cost"), cost, 1e-6) << mode;
+  }
+}
+
+TEST_F(PgoInMap, CoordinatesOfMillionsOfMetresLoseNoDigits) {
+  const auto poses = [&](const SE2& origin, const std::string& mode) {
+    random = Random(7);
+    solved(write("g.g2o", odometry(0, 60) + positions(0, 60, 0, 3, origin)) + mode);
+    std::vector<Eigen::Vector2d> all;
+    std::istringstream rows(read("out/graph.g2o"));
+    for (std::string row; std::getline(rows, row);) {
+      std::istringstream words(row);
+      std::string tag, id;
+      double x = 0, y = 0;
+      if (words >> tag >> id >> x >> y && tag == "VERTEX_SE2") {
+        all.emplace_back(x - origin.x(), y - origin.y());
+      }
+    }
+    return all;
+  };
+  for (const std::string mode : {"", " --method lm", " --online", " --online --trusted odometry"}) {
+    const auto near = poses(SE2(), mode), far = poses(SE2(431226, 5e6, 0), mode);
+    ASSERT_EQ(near.size(), 60U);
+    ASSERT_EQ(far.size(), 60U);
+    for (std::size_t k = 0; k < 60; ++k) EXPECT_LT((near[k] - far[k]).norm(), 1e-6) << mode << k;
+  }
 }
 
 }  // namespace

@@ -179,5 +179,33 @@ TEST(JoinParts, PartsInTheMapNeedNoLink) {
   EXPECT_TRUE(join_parts(robots.problem).links.empty());
 }
 
+/// Positions in the map that may be false place parts, and the rest of them are closures.
+TEST(JoinParts, PositionsThatAgreePlaceParts) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Robots robots(2, seed);
+    robots.problem.trusted.pop_back();  // the prior on the first pose
+    const SE2 origin = robots.true_poses.at<SE2>(pose(0, 0));
+    for (int robot = 0; robot < 2; ++robot) {
+      for (int k = 0; k < kPoses; k += 4) {
+        const SE2 there = origin.between(robots.true_poses.at<SE2>(pose(robot, k)));
+        const bool is_false = k % 12 == 8;
+        const Eigen::Vector2d off = is_false ? Eigen::Vector2d(20 - k, 30) : Eigen::Vector2d(0, 0);
+        robots.problem.closures.push_back(std::make_shared<Position2>(
+            pose(robot, k), there.translation() + off, Noise::isotropic(2, 0.1)));
+        robots.truth.push_back(!is_false);
+      }
+    }
+    const JoinedParts joined = join_parts(robots.problem);
+    ASSERT_EQ(joined.links.size(), 4u);  // two positions for each part
+    EXPECT_EQ(joined.candidates, 0u);
+    for (const PartLink& link : joined.links) {
+      EXPECT_TRUE(link.to_map);
+      EXPECT_EQ(link.agreeing, 9u);
+      EXPECT_EQ(link.candidates, 10u);
+    }
+    expect_right(robots, 4);
+  }
+}
+
 }  // namespace
 }  // namespace hybrid
