@@ -28,8 +28,10 @@ MapResult with_fixes(const std::string& modes) {
 }
 
 Health health_of(const MapResult& result) {
+  HybridGraph graph;
+  Estimate estimate;
   const std::map<std::string, std::size_t> none;
-  return run_health({{}, {}, result, none});
+  return run_health({graph, estimate, result, none});
 }
 
 /// So many fixes of modes, one mode after the other.
