@@ -41,6 +41,7 @@ std::vector<TrueFix> read_true_fixes(const std::string& path) {
     for (std::size_t i = 2; i < row->size(); ++i) row->coordinate(i);
     truth.push_back({row->time(0), fix_mode_in(*row, 1)});
   }
+  if (truth.empty()) table.fail("no row of a fix below the titles");
   std::stable_sort(truth.begin(), truth.end(),
                    [](const TrueFix& a, const TrueFix& b) { return a.time < b.time; });
   return truth;

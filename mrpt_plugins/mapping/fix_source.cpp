@@ -65,12 +65,12 @@ void FixEstimator::set_probabilities(const FixEntry& entry, FixEstimate& out) co
   const std::vector<double>* falsity = find(uncertainty_, *entry.falsity);
   const std::vector<double>* mode = find(uncertainty_, entry.mode.key);
   if (falsity == nullptr || mode == nullptr) return;
-  double biased = 0;
+  double good = 0, biased = 0;  // not 1 less the other, which rounding makes negative
   for (int i = 0; i < kErrorModes; ++i) {
-    if (is_biased(static_cast<ErrorMode>(i))) biased += (*mode)[static_cast<std::size_t>(i)];
+    (is_biased(static_cast<ErrorMode>(i)) ? biased : good) += (*mode)[static_cast<std::size_t>(i)];
   }
   const double right = (*falsity)[0];
-  out.probabilities = {right * (1 - biased), right * biased, 1 - right};
+  out.probabilities = {right * good, right * biased, (*falsity)[1]};
 }
 
 }  // namespace hybrid

@@ -53,8 +53,8 @@ class Simulated {
 
 TEST(Simulator, CommittedLogsComeOutByteForByte) {
   const std::string root = HYBRID_SOURCE_DIR;
-  for (const std::string name :
-       {"classed_demo", "classed_demo_3d", "slip_demo", "calibration_demo", "movers_demo"}) {
+  for (const std::string name : {"classed_demo", "classed_demo_3d", "slip_demo", "calibration_demo",
+                                 "movers_demo", "fixes_demo"}) {
     IniFile ini{std::filesystem::path(root + "/config/simulate_" + name + ".ini")};
     const Scenario scenario = read_scenario(ini);
     ini.reject_unknown();
@@ -65,6 +65,7 @@ TEST(Simulator, CommittedLogsComeOutByteForByte) {
                                       "_ground_truth_robot_path.txt"};
     if (name == "slip_demo") suffixes.emplace_back("_ground_truth_modes.txt");
     if (name == "movers_demo") suffixes.emplace_back("_ground_truth_movers.csv");
+    if (name == "fixes_demo") suffixes.emplace_back("_ground_truth_fixes.csv");
     ASSERT_EQ(files.size(), suffixes.size());
     for (const std::string& suffix : suffixes) {
       const std::string stem = log.path().substr(0, log.path().size() - 7);
