@@ -170,10 +170,14 @@ std::vector<std::string> input_warnings(const IniFile& ini, const std::vector<Tr
 /// Writes map and trajectories; returns warnings.
 std::vector<std::string> write_estimates(const OutputDirectory& out, const MapResult& result,
                                          const std::vector<RobotPart>& parts,
-                                         const std::vector<Truth>& truths, const Mapper& mapper,
+                                         const std::vector<Truth>& truths, const Session& session,
                                          const ScanOutputs& scans, bool with_covariances) {
+  const Mapper& mapper = session.mapper();
   std::vector<std::string> warnings = write_map(out, result, mapper.backend());
   for (std::string& warning : scans.write(out, result, mapper)) {
+    warnings.push_back(std::move(warning));
+  }
+  for (std::string& warning : write_globe(out, result, session.place().origin())) {
     warnings.push_back(std::move(warning));
   }
   std::vector<Trajectory> paths;
@@ -311,8 +315,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   compare_with_truth(settings, parts, truths, mapper, session.team(), summary);
   summary.provenance = provenance(request, settings, ini);
   warn(summary, input_warnings(ini, truths, parts, summary.provenance));
-  warn(summary, write_estimates(out, result, parts, truths, mapper, scans, lies_somewhere));
-  warn(summary, write_globe(out, result, session.place().origin()));
+  warn(summary, write_estimates(out, result, parts, truths, session, scans, lies_somewhere));
   summary.total_s = seconds_since(start);  // without pictures
   warn(summary, draw(request, out, result, parts, truths, mapper, movie));
   report.write(result, parts, truths, scans.drawn(), summary_json(summary));

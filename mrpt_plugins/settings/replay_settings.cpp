@@ -86,14 +86,13 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
   robot.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   const auto datum =
       log.get("truth_datum", std::vector<double>{},
-              "latitude, longitude [deg] and altitude [m] of the place on earth to whose east, "
-              "north and up the true path refers: a map with fixes is then compared where it lies "
-              "on earth; 0 0 0 for fixes in metres without a datum; empty: unknown",
+              "latitude, longitude [deg] and altitude [m] to whose east, north and up the true "
+              "path refers: a map with fixes is compared where it lies on earth; empty: unknown",
               kCoordinate);
   if (!datum.empty()) {
-    if (datum.size() != 3) log.fail("truth_datum", "needs three numbers");
-    if (!(std::abs(datum[0]) <= 90)) log.fail("truth_datum", "begins with a latitude, up to 90");
-    settings.truth_datum = GeodeticPoint{datum[0], datum[1], datum[2]};
+    const bool is_place = datum.size() == 3 && std::abs(datum[0]) <= 90;
+    if (!is_place) log.fail("truth_datum", "needs latitude, longitude and altitude");
+    settings.truth_datum = {datum[0], datum[1], datum[2]};
   }
   settings.truth_map =
       file_path(log, "truth_map", "true landmarks, MRPT's _ground_truth.txt; empty: unknown");
