@@ -32,7 +32,7 @@ std::vector<SimulatedFix> long_drive(const std::string& errors) {
   return draw_fixes(scenario, robot_path(scenario.path, scenario.is_3d));
 }
 
-struct Run {
+struct BiasedRun {
   double begin = 0, end = 0;  // of its first fix and its last
   Eigen::Vector3d bias;
 };
@@ -41,7 +41,7 @@ TEST(Receiver, RunsAreAsLongAndAsBiasedAsAsked) {
   const auto fixes = long_drive(
       "sigma = 0.001\nlasting_sigma = 0\nbias_every = 100\nbias_min_time = 5\n"
       "bias_max_time = 60\nmin_bias = 2\nmax_bias = 30\n");
-  std::vector<Run> runs;
+  std::vector<BiasedRun> runs;
   for (const SimulatedFix& fix : fixes) {
     if (fix.mode == FixMode::kGood) {
       EXPECT_LT(fix.error.norm(), 0.01);
@@ -54,7 +54,7 @@ TEST(Receiver, RunsAreAsLongAndAsBiasedAsAsked) {
   }
   double length = 0, size = 0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-  for (const Run& run : runs) {
+  for (const BiasedRun& run : runs) {
     EXPECT_GE(run.end - run.begin, 4 - 1e-6);
     EXPECT_LE(run.end - run.begin, 60 + 1e-6);
     EXPECT_GE(run.bias.norm(), 2 - 0.01);
@@ -153,7 +153,9 @@ TEST(Receiver, AFixIsWhereTheAntennaWasAndItsErrorOff) {
       const Eigen::Vector3d before = transformed(path[i], {1, 0, 2});
       const Eigen::Vector3d after = transformed(path[std::min(i + 1, path.size() - 1)], {1, 0, 2});
       EXPECT_NEAR((place - before - (at - double(i)) * (after - before)).norm(), 0, 0.01) << k;
-      if (at - double(i) < 1e-6) EXPECT_NEAR((place - before).norm(), 0, 1e-3);
+      if (at - double(i) < 1e-6) {
+        EXPECT_NEAR((place - before).norm(), 0, 1e-3);
+      }
     }
   }
 }
