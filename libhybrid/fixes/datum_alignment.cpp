@@ -18,7 +18,7 @@ constexpr double kDrift = 0.03;     // of odometry, as a share of the way betwee
 constexpr double kAgree = 3;        // sigmas
 constexpr int kRounds = 10;         // of least squares
 /// Of so many pairs that tell nothing the sigmas may be stated too large by this factor.
-constexpr double kMany = 100, kTooLarge = 4;
+constexpr double kMany = 40, kTooLarge = 4;
 
 /// A turn about the vertical and a shift in the plane.
 struct Planar {

@@ -21,6 +21,7 @@ constexpr std::size_t kStretches = 4, kStretch = 500;   // of which, and of so m
 constexpr std::size_t kMostToAlign = 200;               // fixes
 constexpr double kMostTurn = 0.1;                       // rad, sigma of the direction of north
 constexpr double kPriorFactor = 1;                      // sigma of the logarithm
+constexpr double kLeastBias = 2;         // of the sigma that a receiver states: less is no bias
 constexpr double kReceiverFactor = 0.5;                 // the same of lasting errors
 constexpr double kPriorDelay = 0.3;                     // s
 constexpr double kFirstStep = 0.7, kLastStep = 0.05;    // of logarithms
@@ -30,7 +31,7 @@ using Covariance = Eigen::Matrix<double, 5, 5>;
 
 /// What is measured, by the logarithm of its factor; the delay by itself.
 struct Parameters {
-  enum { kOwn, kGood, kLasts, kBias, kGoodLasts, kBiasLasts, kFalse, kAlong, kTurn, kDelay, kCount };
+  enum { kOwn, kGood, kLasts, kRenewed, kBias, kGoodLasts, kBiasLasts, kFalse, kAlong, kTurn, kDelay, kCount };
   std::array<double, kCount> x{};
 
   double factor(int i) const { return std::exp(x[static_cast<std::size_t>(i)]); }
@@ -49,7 +50,8 @@ struct Parameters {
     out.own_sigma *= factor(kOwn);
     out.good_sigma *= factor(kGood);
     out.lasts *= factor(kLasts);
-    out.bias_sigma *= factor(kBias);
+    out.renewed *= factor(kRenewed);
+    out.bias_sigma = std::max(kLeastBias * prior.good_sigma, out.bias_sigma * factor(kBias));
     out.good_lasts *= factor(kGoodLasts);
     out.bias_lasts *= factor(kBiasLasts);
     out.false_share = std::min(0.5, out.false_share * factor(kFalse));

@@ -78,6 +78,7 @@ void FixSurvey::take(const LoggedFix& fix, double early) {
 
 void measure_fixes(const FixModel& prior, bool tells_odometry, LogFindings& findings,
                    LogCorrection& correction) {
+  if (!prior.modes) return;
   const ReceiverFit fit = fit_receiver(findings.fixes, prior);
   if (!fit.is_known) return;
   correction.receiver = std::make_shared<const FixModel>(fit.model);
