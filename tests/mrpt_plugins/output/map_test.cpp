@@ -135,7 +135,8 @@ MapResult with_fixes() {
     if (i % 10 < 8) fix.mode = FixMode::kGood;
     if (i % 10 == 8) fix.mode = FixMode::kBiased;
     if (fix.mode == FixMode::kBiased) fix.measured.x() += 0.7;
-    if (i < 3) fix.mode = FixMode::kFalse;
+    if (i < 3 || i % 10 == 7) fix.mode = FixMode::kFalse;
+    if (i % 10 == 7) fix.measured.y() += 0.9;
     if (i < 3) fix.measured.y() += 1e4;
     map.fixes.push_back(fix);
   }
