@@ -331,7 +331,8 @@ void FixMapper::begin_error(FixEntry& entry, const Decision& decision, const Pla
   const bool continues = follows && goes_on(mode);
   const double variance =
       continues ? added_variance(model, time) : new_variance(model, is_biased(mode));
-  const double gain = decision.is_false ? 0 : variance / (variance + model.own_sigma * model.own_sigma);
+  const double gain =
+      decision.is_false ? 0 : variance / (variance + model.own_sigma * model.own_sigma);
   next.value = continues ? Eigen::VectorXd(kept_share(model, time, is_biased(mode)) * *place.error)
                          : Eigen::VectorXd(Eigen::VectorXd::Zero(place.size));
   next.value += gain * (place.residual - next.value);

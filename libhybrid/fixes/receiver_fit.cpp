@@ -16,22 +16,35 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kFewest = 30;                     // fixes
-constexpr std::size_t kStretches = 4, kStretch = 500;   // of which, and of so many fixes, count
-constexpr std::size_t kMostToAlign = 200;               // fixes
-constexpr double kMostTurn = 0.1;                       // rad, sigma of the direction of north
-constexpr double kPriorFactor = 1;                      // sigma of the logarithm
+constexpr std::size_t kFewest = 30;                    // fixes
+constexpr std::size_t kStretches = 4, kStretch = 500;  // of which, and of so many fixes, count
+constexpr std::size_t kMostToAlign = 200;              // fixes
+constexpr double kMostTurn = 0.1;                      // rad, sigma of the direction of north
+constexpr double kPriorFactor = 1;                     // sigma of the logarithm
 constexpr double kLeastBias = 2;         // of the sigma that a receiver states: less is no bias
-constexpr double kReceiverFactor = 0.5;                 // the same of lasting errors
-constexpr double kPriorDelay = 0.3;                     // s
-constexpr double kFirstStep = 0.7, kLastStep = 0.05;    // of logarithms
+constexpr double kReceiverFactor = 0.5;  // the same of lasting errors
+constexpr double kPriorDelay = 0.3;      // s
+constexpr double kFirstStep = 0.7, kLastStep = 0.05;  // of logarithms
 
 using State = Eigen::Matrix<double, 5, 1>;  // x, y, yaw, error
 using Covariance = Eigen::Matrix<double, 5, 5>;
 
 /// What is measured, by the logarithm of its factor; the delay by itself.
 struct Parameters {
-  enum { kOwn, kGood, kLasts, kRenewed, kBias, kGoodLasts, kBiasLasts, kFalse, kAlong, kTurn, kDelay, kCount };
+  enum {
+    kOwn,
+    kGood,
+    kLasts,
+    kRenewed,
+    kBias,
+    kGoodLasts,
+    kBiasLasts,
+    kFalse,
+    kAlong,
+    kTurn,
+    kDelay,
+    kCount
+  };
   std::array<double, kCount> x{};
 
   double factor(int i) const { return std::exp(x[static_cast<std::size_t>(i)]); }
@@ -230,7 +243,8 @@ std::optional<SE2> start_of(const std::vector<MovedFix>& fixes, const FixModel& 
   }
   const auto T = align_to_datum(pairs, kMostTurn);
   if (!T) return std::nullopt;
-  return SE2(T->translation().x(), T->translation().y(), std::atan2(T->linear()(1, 0), T->linear()(0, 0)));
+  return SE2(T->translation().x(), T->translation().y(),
+             std::atan2(T->linear()(1, 0), T->linear()(0, 0)));
 }
 
 /// Up to kStretches stretches, evenly spread over the fixes.
@@ -244,7 +258,8 @@ std::vector<Stretch> stretches_of(const std::vector<MovedFix>& fixes, const FixM
       if (fixes[i].begins) to = i;
     }
     Stretch next{{fixes.begin() + static_cast<std::ptrdiff_t>(from),
-                  fixes.begin() + static_cast<std::ptrdiff_t>(to)}, {}};
+                  fixes.begin() + static_cast<std::ptrdiff_t>(to)},
+                 {}};
     if (next.fixes.size() < kFewest) continue;
     const auto start = start_of(next.fixes, prior);
     if (!start) continue;

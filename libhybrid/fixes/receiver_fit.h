@@ -28,17 +28,17 @@ struct MovedFix {
 struct ReceiverFit {
   /// `good_sigma` is that of fixes which do not state one.
   FixModel model;
-  double sigma_factor = 1;              ///< of the sigmas that the receiver states
-  double translation = 1, rotation = 1; ///< factors of the standard deviations of odometry
-  double delay = 0;                     ///< by which stamps of fixes are late [s]
-  bool is_known = false;                ///< else too few fixes, or no direction of north, was found
+  double sigma_factor = 1;               ///< of the sigmas that the receiver states
+  double translation = 1, rotation = 1;  ///< factors of the standard deviations of odometry
+  double delay = 0;                      ///< by which stamps of fixes are late [s]
+  bool is_known = false;  ///< else too few fixes, or no direction of north, was found
 };
 
 /// The parameters of largest posterior probability, by a filter of the switching system along
 /// odometry alone: pose and lasting error, a Gaussian for good and one for biased errors. What each
-/// is known for before is its value in `prior`, or 1 for factors, within a factor of e (one standard
-/// deviation), of 1.6 for size and time of errors that last, which odometry that drifts resembles;
-/// the delay is 0 +- 0.3 s. Of long logs, a few stretches of fixes count.
+/// is known for before is its value in `prior`, or 1 for factors, within a factor of e (one
+/// standard deviation), of 1.6 for size and time of errors that last, which odometry that drifts
+/// resembles; the delay is 0 +- 0.3 s. Of long logs, a few stretches of fixes count.
 ReceiverFit fit_receiver(const std::vector<MovedFix>& fixes, const FixModel& prior);
 
 }  // namespace hybrid

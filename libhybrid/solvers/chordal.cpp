@@ -288,9 +288,7 @@ void initialize(Measurements<Pose> measured, Values& values) {
   if (measured.relations.empty()) return;
   std::unordered_set<Key> seen;
   for (const auto& sighting : measured.sightings) seen.insert(sighting.to);
-  const auto is_here = [&](Key key) {
-    return is_pose<Pose>(key, values) || seen.count(key) != 0;
-  };
+  const auto is_here = [&](Key key) { return is_pose<Pose>(key, values) || seen.count(key) != 0; };
   std::vector<Key>& anchors = measured.anchors;
   anchors.erase(std::remove_if(anchors.begin(), anchors.end(), [&](Key k) { return !is_here(k); }),
                 anchors.end());

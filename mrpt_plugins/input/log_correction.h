@@ -43,9 +43,9 @@ struct SensorCorrection {
 struct LogCorrection {
   std::map<std::string, SensorCorrection> sensors;  ///< by label
   std::map<std::string, LaserMounting> lasers;      ///< the same of those that scan
-  double translation = 1, rotation = 1;  ///< factors of the standard deviations of odometry
-  bool hides_ids = false;                ///< ids are of a tracker
-  std::set<std::int64_t> shared_ids;     ///< ids of two things each, which are hidden
+  double translation = 1, rotation = 1;      ///< factors of the standard deviations of odometry
+  bool hides_ids = false;                    ///< ids are of a tracker
+  std::set<std::int64_t> shared_ids;         ///< ids of two things each, which are hidden
   std::shared_ptr<const FixModel> receiver;  ///< of fixes; null: not measured
   double fix_sigma_factor = 1;               ///< of what fixes state
   double fix_delay = 0;                      ///< their stamps are late by [s]

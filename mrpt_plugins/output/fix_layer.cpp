@@ -24,10 +24,10 @@ struct FixStyle {
 };
 /// From the lowest.
 constexpr std::array<FixStyle, 4> kStyles = {
-    {{"fix not used", std::nullopt, Marker::kPlus, 4, map_style::kUnusedFix},
-     {"fix, good", FixMode::kGood, Marker::kCircle, 2.5, map_style::kGoodFix},
-     {"fix, biased", FixMode::kBiased, Marker::kTriangle, 5, map_style::kBiasedFix},
-     {"fix, false", FixMode::kFalse, Marker::kCross, 6, map_style::kFalseFix}}};
+    {{"not used", std::nullopt, Marker::kPlus, 4, map_style::kUnusedFix},
+     {"good", FixMode::kGood, Marker::kCircle, 2.5, map_style::kGoodFix},
+     {"biased", FixMode::kBiased, Marker::kTriangle, 5, map_style::kBiasedFix},
+     {"false", FixMode::kFalse, Marker::kCross, 6, map_style::kFalseFix}}};
 
 bool is_off(const FixStyle& style) {
   return style.mode && *style.mode != FixMode::kGood;
@@ -65,6 +65,7 @@ void draw_fixes(Canvas& canvas, const Axes& axes, const Box& box, const MapResul
 
 void fix_legend(Legend& legend, const Axes& axes, const Box& box, const MapResult& result) {
   if (!result.datum) return;
+  legend.heading(fmt::format("Fixes ({})", result.fixes.size()));
   std::size_t outside = 0;
   for (const FixStyle& style : kStyles) {
     std::size_t count = 0;
@@ -77,7 +78,7 @@ void fix_legend(Legend& legend, const Axes& axes, const Box& box, const MapResul
     legend.marker(fmt::format("{} ({})", style.name, count), style.marker, style.radius + 1,
                   style.color);
   }
-  if (outside > 0) legend.note(fmt::format("{} fixes lie outside of the picture.", outside));
+  if (outside > 0) legend.note(fmt::format("{} lie outside of the picture.", outside));
 }
 
 }  // namespace hybrid

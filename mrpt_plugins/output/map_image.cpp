@@ -311,7 +311,6 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, extent);
-  fix_legend(legend, axes, box, result);
   closure_legend(legend, result);
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
@@ -323,6 +322,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
     legend.note(
         fmt::format("{} of {} ids shown, the others had no room.", ids, result.landmarks.size()));
   }
+  fix_legend(legend, axes, box, result);
   scale_bar(canvas, {box.right + 34, box.bottom - 40}, axes.pixels_per_unit(), kLegendWidth - 40);
   return canvas.image();
 }

@@ -15,9 +15,9 @@
 
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/robot_sections.h"
+#include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/settings/detail/robots.h"
-#include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/survey/fix_survey.h"
 #include "mrpt_plugins/survey/laser_survey.h"
 #include "mrpt_plugins/survey/log_survey.h"

@@ -14,7 +14,6 @@
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/settings/map_options.h"
-#include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/settings/replay_request.h"
 
 namespace HYBRID_API hybrid {

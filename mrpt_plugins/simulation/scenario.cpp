@@ -293,7 +293,8 @@ Scenario read_scenario(IniFile& ini) {
     s.fail("format", "must be 'pairs' with [fixes], whose times are not those of frames");
   }
   if (scenario.world.landmarks == 0 && scenario.laser.rays == 0 && scenario.fixes.period == 0) {
-    ini.section("world").fail("landmarks", "is 0, [laser] rays and [fixes] period too: nothing is seen");
+    ini.section("world").fail("landmarks",
+                              "is 0, [laser] rays and [fixes] period too: nothing is seen");
   }
   scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
   return scenario;

@@ -19,7 +19,7 @@ constexpr double kWorthACorrection = 0.02;  // s
 constexpr const char* kReceiver = "receiver";
 
 NoiseRecord measured_record(const char* sensor, const char* kind, const char* unit, double stated,
-                      double measured) {
+                            double measured) {
   NoiseRecord out;
   out.sensor = sensor;
   out.kind = kind;
@@ -92,7 +92,8 @@ void measure_fixes(const FixModel& prior, bool tells_odometry, LogFindings& find
   }
   const double stated = median_sigma(findings.fixes, prior.good_sigma);
   const FixModel& m = fit.model;
-  findings.noise.push_back(measured_record(kReceiver, "own error", "m", prior.own_sigma, m.own_sigma));
+  findings.noise.push_back(
+      measured_record(kReceiver, "own error", "m", prior.own_sigma, m.own_sigma));
   findings.noise.push_back(
       measured_record(kReceiver, "lasting error", "m", stated, stated * fit.sigma_factor));
   findings.remarks.push_back(fmt::format(

@@ -16,9 +16,9 @@ namespace {
 struct Receiver {
   double own = 0.5, good = 2, lasts = 60;  // m, m, s
   double share_false = 0.01;
-  double delay = 0;       // s
-  double odometry = 1;    // its noise is so many times that stated
-  int every = 150;        // s between runs of biased fixes
+  double delay = 0;     // s
+  double odometry = 1;  // its noise is so many times that stated
+  int every = 150;      // s between runs of biased fixes
 };
 
 /// Some minutes of a car at 8 m/s that turns now and then, with a fix each second.
@@ -57,8 +57,7 @@ std::vector<MovedFix> drive(const Receiver& truth, unsigned seed, int seconds) {
     const double noise = truth.odometry;
     fix.motion = moved * SE2(noise * kAlong * gauss(random), noise * kAlong * gauss(random),
                              noise * kTurn * gauss(random));
-    fix.covariance =
-        Eigen::Vector3d(kAlong * kAlong, kAlong * kAlong, kTurn * kTurn).asDiagonal();
+    fix.covariance = Eigen::Vector3d(kAlong * kAlong, kAlong * kAlong, kTurn * kTurn).asDiagonal();
     fix.begins = i == 0;
     out.push_back(fix);
   }
