@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "libhybrid/core/infinity.h"
@@ -21,9 +20,9 @@ constexpr std::size_t kStretches = 4, kStretch = 500;  // of which, and of so ma
 constexpr std::size_t kMostToAlign = 200;              // fixes
 constexpr double kMostTurn = 0.1;                      // rad, sigma of the direction of north
 constexpr double kPriorFactor = 1;                     // sigma of the logarithm
-constexpr double kLeastBias = 2;         // of the sigma that a receiver states: less is no bias
-constexpr double kReceiverFactor = 0.5;  // the same of lasting errors
-constexpr double kPriorDelay = 0.3;      // s
+constexpr double kReceiverFactor = 0.5;                // the same of lasting errors
+constexpr double kPriorDelay = 0.3;                    // s
+constexpr double kLeastBias = 2;  // of the sigma that a receiver states: less is no bias
 constexpr double kFirstStep = 0.7, kLastStep = 0.05;  // of logarithms
 
 using State = Eigen::Matrix<double, 5, 1>;  // x, y, yaw, error
@@ -116,7 +115,7 @@ class Merge {
 class Filter {
  public:
   Filter(const Parameters& parameters, const FixModel& prior)
-      : parameters_(parameters), model_(parameters.model(prior)), prior_(prior) {}
+      : parameters_(parameters), model_(parameters.model(prior)) {}
 
   /// Begins where an alignment says that the robot was before the first fix.
   void begin(const SE2& pose) {
@@ -217,7 +216,7 @@ class Filter {
   }
 
   const Parameters& parameters_;
-  FixModel model_, prior_;
+  FixModel model_;
   std::array<Part, 2> parts_;
   double time_ = 0;
   bool is_first_ = true;

@@ -261,7 +261,7 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
     if (!all && !measured) continue;
     LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
     LaserSurvey lasers(robot.source.scans);
-    FixSurvey fixes;
+    FixSurvey fixes(robot.source.reader.clock_offset);
     const bool measures_lasers = robot.source.noise != NoiseSource::kStated;
     const StepWatcher watcher = [&](const LogStep& step,
                                     const std::vector<DetectionFrame>& frames) {

@@ -50,7 +50,7 @@ void FixSurvey::add(const LogStep& step) {
     const auto fix = fix_in(*observation, dropped_);
     if (!fix || repeats_.is_repeated(fix->place)) continue;
     // Stamps that are far from the step are of another clock.
-    const double early = fix->fix.time != 0 ? step.time - fix->fix.time : 0;
+    const double early = fix->fix.time != 0 ? step.time - (fix->fix.time + clock_offset_) : 0;
     take(*fix, period > 0 && std::abs(early) <= 2 * period ? early : 0);
   }
 }

@@ -15,6 +15,9 @@ namespace HYBRID_API hybrid {
 /// Collects the fixes of a log with the motion by odometry between them.
 class FixSurvey {
  public:
+  /// `clock_offset` is added to the stamps of fixes, as to those of the steps [s].
+  explicit FixSurvey(double clock_offset = 0) : clock_offset_(clock_offset) {}
+
   void add(const LogStep& step);
   /// Hands over what was collected.
   std::vector<MovedFix> release() { return std::move(fixes_); }
@@ -22,6 +25,7 @@ class FixSurvey {
  private:
   void take(const LoggedFix& fix, double early);
 
+  double clock_offset_;
   DatumFinder datum_;
   RepeatedFixes repeats_;
   std::vector<MovedFix> fixes_;
