@@ -16,10 +16,13 @@
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/map_file/map_file.h"
 
 namespace hybrid {
 namespace {
+
+constexpr double kExact = 1e-3;  // m, rad
 
 /// Reads a map, all of whose sessions must be complete.
 MapRecord whole_map(const std::string& file) {
@@ -34,29 +37,44 @@ MapRecord whole_map(const std::string& file) {
   return map;
 }
 
-/// Joins two maps by landmarks that both have, else by laser scans; `why` tells why not.
-std::optional<JoinedMaps> joined_by_either(const MapRecord& first, const MapRecord& second,
-                                           double odds, std::string& why) {
+/// Joins two maps by their places on earth, if fixes have told both.
+std::optional<JoinedMaps> joined_by_fixes(const MapRecord& first, const MapRecord& second) {
+  if (!first.origin || !second.origin) return std::nullopt;
+  if (!first.origin->by_fixes || !second.origin->by_fixes) return std::nullopt;
+  refuse_to_join(first, second);
+  const int size = first.is_3d ? 6 : 3;
+  // What is not known of their places is part of what the maps know of their landmarks.
+  const Eigen::MatrixXd exact = kExact * kExact * Eigen::MatrixXd::Identity(size, size);
+  return join_maps_at(first, second, motion_between(*first.origin, *second.origin), exact);
+}
+
+/// Joins two maps by landmarks that both have, else by laser scans, else by fixes; `why` tells why
+/// not.
+std::optional<JoinedMaps> joined_by_any(const MapRecord& first, const MapRecord& second,
+                                        double odds, std::string& why) {
   why = "no common place with the other maps stands out";
   if (!first.landmarks.empty() && !second.landmarks.empty()) {
     if (auto joined = join_maps(first, second, odds)) return joined;
   }
-  if (first.local_maps.empty() || second.local_maps.empty() || first.is_3d) return std::nullopt;
-  std::string by_scans;
-  auto joined = join_maps_by_scans(first, second, odds, by_scans);
-  if (!by_scans.empty()) why += ": " + by_scans;
-  return joined;
+  if (!first.local_maps.empty() && !second.local_maps.empty() && !first.is_3d) {
+    std::string by_scans;
+    auto joined = join_maps_by_scans(first, second, odds, by_scans);
+    if (joined) return joined;
+    if (!by_scans.empty()) why += ": " + by_scans;
+  }
+  return joined_by_fixes(first, second);
 }
 
 /// What there is to say of a map that was joined.
 void tell(const std::string& file, const JoinedMaps& joined) {
   const Eigen::Vector3d t = joined.T_first_second.translation();
   const Eigen::Matrix3d R = joined.T_first_second.linear();
-  const std::string by_scans = joined.scan_matches > 0
-                                   ? fmt::format("{} matches of laser scans, ", joined.scan_matches)
-                                   : "";
+  const std::string by = joined.scan_matches > 0
+                             ? fmt::format("{} matches of laser scans, ", joined.scan_matches)
+                         : joined.was_known ? "by fixes of satellites, "
+                                            : "";
   say("{}: {}{} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
-      file, by_scans, joined.common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
+      file, by, joined.common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
       joined.log_odds);
   if (joined.variance_factor > 1) {
     say("{}: these differ by more than the maps say they may; their variances would have to be "
@@ -116,7 +134,7 @@ int join(const Options& options) {
       const MapRecord next = whole_map(*it);
       std::string doubt;
       const auto joined = about(std::vector<std::string>{*it},
-                                [&] { return joined_by_either(all, next, options.odds, doubt); });
+                                [&] { return joined_by_any(all, next, options.odds, doubt); });
       if (it == left.begin()) why = doubt;
       if (!joined) {
         ++it;

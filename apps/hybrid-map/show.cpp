@@ -113,8 +113,9 @@ int export_map(const Options& options) {
     const std::string whose = way.robot.empty() ? "" : "_" + way.robot;
     out.write(fmt::format("trajectory_{}{}.tum", way.session, whose), tum_text(way.poses));
   }
-  const std::vector<double>& o = options.origin.empty() ? map.origin : options.origin;
-  if (!o.empty()) out.write("map.geojson", geojson_text(map, {o[0], o[1], o[2]}));
+  const std::optional<MapOrigin> origin =
+      options.origin.empty() ? map.origin : stated_origin(options.origin);
+  if (origin) out.write("map.geojson", geojson_text(map, *origin));
   if (options.mcap) out.write("map.mcap", mcap_of(map));
   if (result.grid) {
     out.write("map.pgm", grid_pgm(*result.grid));

@@ -17,6 +17,7 @@
 #include "libhybrid/factors/position.h"
 #include "libhybrid/fixes/biased_position.h"
 #include "libhybrid/fixes/datum_alignment.h"
+#include "libhybrid/fixes/map_shift.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/hybrid/mixture.h"
 
@@ -124,6 +125,19 @@ Contribution FixMapper::contribute(const KeyframeView* frame, const MapView& map
   for (; state_.answered < fixes_.size(); ++state_.answered) {
     add(fixes_[state_.answered], frame, map, out);
   }
+  return out;
+}
+
+Contribution FixMapper::revise(const MapView& map, bool is_last) {
+  Contribution out = contribute(nullptr, map);
+  const std::size_t all = fixes_.size();
+  if (!out.empty() || !T_datum_map_ || !model_.modes || !has_estimates_) return out;
+  if (all < (is_last ? shifted_ + 1 : 2 * shifted_)) return out;
+  shifted_ = all;
+  std::optional<Values> moved = shift_by_bias(fixes_, map);
+  if (!moved) return out;
+  out.moved = *std::move(moved);
+  out.allowed_rise = 0.0;
   return out;
 }
 

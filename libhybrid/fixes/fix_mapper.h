@@ -40,11 +40,15 @@ class FixMapper {
   /// The fixes of a keyframe of a robot, in order of time. Nothing before there is a datum.
   Contribution observe(const KeyframeView& frame, const std::vector<Fix>& fixes, const MapView& map,
                        std::size_t robot = 0);
-  /// Fixes that have waited, once the datum is found, after the keyframe of `observe`.
-  Contribution revise(const MapView& map) { return contribute(nullptr, map); }
+  /// After the keyframe of `observe`: fixes that have waited, once the datum is found; and on
+  /// trial, the map at another place, where fixes are biased for longer than they are good. That is
+  /// looked at whenever there are twice as many fixes, and once more where the log ends.
+  Contribution revise(const MapView& map, bool is_last = false);
   /// Looks for the datum; true if it is found now: then the first pose of the map is to be set
   /// free.
   bool find_datum(const MapView& map);
+  /// The datum of a known map, before the first fix.
+  void set_datum(const Eigen::Isometry3d& T_datum_map) { T_datum_map_ = T_datum_map; }
   void refused();
   /// The datum was a false one: what has waited so far is not used.
   void forget_waiting();
@@ -99,6 +103,7 @@ class FixMapper {
   std::optional<Eigen::Isometry3d> T_datum_map_;
   std::uint64_t falsities_ = 0;  // variables so far, of refused contributions too
   std::size_t looked_ = 0;       // fixes there were when a datum was looked for last
+  std::size_t shifted_ = 0;      // the same for another place of the map
   std::vector<FixEntry> fixes_;
   State state_, before_;
   std::vector<double> differences_;  // of fixes that follow each other [m], one axis each

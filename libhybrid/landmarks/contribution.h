@@ -62,10 +62,11 @@ struct Contribution {
   bool settle = false;  ///< solve to convergence, as after a loop: one update may not come so far
   /// On trial: the map settles with it, and keeps it if the objective rises by no more than this.
   std::optional<double> allowed_rise = {};
+  Values moved = {};  ///< on trial: where variables that are in the map are put first
 
   bool empty() const {
-    return delta.continuous.empty() && delta.discrete.empty() && delta.hybrid.empty() &&
-           delta.remove.empty() && forgotten.empty();
+    return moved.empty() && delta.continuous.empty() && delta.discrete.empty() &&
+           delta.hybrid.empty() && delta.remove.empty() && forgotten.empty();
   }
 };
 

@@ -83,9 +83,10 @@ UpdateReport::Status LandmarkMapper<Pose>::apply(const Contribution& contributio
   UpdateReport report;
   try {
     enter(contribution, landmarks_);
-    report = contribution.allowed_rise
-                 ? propose(smoother_, {std::move(delta), *contribution.allowed_rise})
-                 : smoother_.update(delta);
+    report =
+        contribution.allowed_rise
+            ? propose(smoother_, {std::move(delta), *contribution.allowed_rise, contribution.moved})
+            : smoother_.update(delta);
   } catch (...) {
     landmarks_.roll_back();
     association_.refused();

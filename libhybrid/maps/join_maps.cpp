@@ -329,8 +329,11 @@ JoinedMaps join_maps_at(const MapRecord& first, const MapRecord& second,
                         const Eigen::Isometry3d& T_first_second,
                         const Eigen::MatrixXd& covariance) {
   refuse_to_join(first, second);
-  return first.is_3d ? MapJoin<SE3>(first, second, 1.0).run_at(to_se3(T_first_second), covariance)
-                     : MapJoin<SE2>(first, second, 1.0).run_at(to_se2(T_first_second), covariance);
+  JoinedMaps out =
+      first.is_3d ? MapJoin<SE3>(first, second, 1.0).run_at(to_se3(T_first_second), covariance)
+                  : MapJoin<SE2>(first, second, 1.0).run_at(to_se2(T_first_second), covariance);
+  out.was_known = true;
+  return out;
 }
 
 std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& second, double odds) {

@@ -26,6 +26,7 @@ struct JoinedMaps {
   /// How much larger all variances would have to be for the common landmarks to fit; 1 where they
   /// do. Nothing is multiplied by it: maps that are too sure of themselves are all so.
   double variance_factor = 1;
+  bool was_known = false;        ///< where the second map is in the first
   std::size_t common = 0;        ///< landmarks that both have
   std::size_t scan_matches = 0;  ///< of laser scans of both that were accepted
   double log_odds = 0;           ///< for the common landmarks against none

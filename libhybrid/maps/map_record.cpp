@@ -31,4 +31,9 @@ KnownMap known_map(const MapRecord& map) {
   return out;
 }
 
+std::optional<MapOrigin> stated_origin(const std::vector<double>& numbers) {
+  if (numbers.empty()) return std::nullopt;
+  return MapOrigin{numbers.at(0), numbers.at(1), numbers.at(2), 0, false};
+}
+
 }  // namespace hybrid

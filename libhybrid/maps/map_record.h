@@ -59,14 +59,28 @@ struct MapLocalMap {
   std::vector<MapSurface> surfaces;
 };
 
+/// The place of a map on the globe.
+struct MapOrigin {
+  double latitude = 0, longitude = 0;  ///< of its origin, WGS 84 [deg]
+  double direction = 0;                ///< of its x axis, counter-clockwise from east [deg]
+  double altitude = 0;                 ///< above the ellipsoid [m]
+  bool by_fixes = false;  ///< so that what the map says of its places holds on earth too
+
+  bool operator==(const MapOrigin& o) const {
+    return latitude == o.latitude && longitude == o.longitude && direction == o.direction &&
+           altitude == o.altitude && by_fixes == o.by_fixes;
+  }
+};
+
+/// Latitude, longitude and direction as stated by hand; nothing for no numbers.
+std::optional<MapOrigin> stated_origin(const std::vector<double>& numbers);
+
 /// All that a map file holds.
 struct MapRecord {
   bool is_3d = false;
   bool identified = false;  ///< the ids of the landmarks are those of the log
   std::vector<std::string> class_names;
-  /// Latitude and longitude of the origin [deg, WGS 84] and the direction of the x axis [deg,
-  /// counter-clockwise from east]; empty where not known.
-  std::vector<double> origin;
+  std::optional<MapOrigin> origin;     ///< nothing where not known
   std::vector<MapLandmark> landmarks;  ///< by ascending id
   SparseGaussian prior;                ///< of their positions, in this order
   std::vector<MapSession> sessions;

@@ -2,11 +2,14 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/core/assignment.h"
+#include "libhybrid/discrete/discrete_tree.h"
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/linear/free_list.h"
@@ -15,7 +18,8 @@
 namespace HYBRID_API hybrid {
 
 /// The discrete half of the smoother: tables by number, and of them only the components that were
-/// touched are solved again (eq. 4, 5, 8a). A number belongs to a discrete factor (one table) or to
+/// touched are solved again (eq. 4, 5, 8a), of large ones only the part that follows (see
+/// DiscreteTree). A number belongs to a discrete factor (one table) or to
 /// a hybrid one (the tables it gives at the present estimate). What happened since the last
 /// `commit` can be rolled back; a factor that is removed says nothing any more, and goes with the
 /// commit.
@@ -29,6 +33,7 @@ class DiscreteHalf {
   struct Report {
     std::vector<Flip> flips;
     int components = 0;
+    int variables = 0;  ///< of these that were looked at, or had their messages made
     bool exact = true;
   };
 
@@ -75,7 +80,9 @@ class DiscreteHalf {
 
  private:
   struct Variable {
+    std::uint64_t number = 0;  // in the order of arrival
     int cardinality = 0;
+    bool is_wide = false;  // its message in the tree would be too large
     std::vector<int> factors;
   };
   struct Factor {
@@ -87,7 +94,14 @@ class DiscreteHalf {
   };
 
   std::vector<const Table*> collect(Key start, std::unordered_map<Key, bool>* visited) const;
-  bool solve_single(Key key, Report& report);
+  std::optional<int> best_single(Key key) const;
+  bool is_small(Key key) const;
+  struct Pass;
+  bool enter_tree(Key key, Pass& pass) const;
+  void set(Key key, int value, Pass& pass);
+  void solve_whole(Key key, Pass& pass);
+  void solve_touched(Key key, Pass& pass);
+  void solve_tree(Pass& pass);
   void refresh_cost(int f);
   void touch(Key key);
   void take_out(int f);
@@ -99,6 +113,8 @@ class DiscreteHalf {
   Assignment assignment_;
   CostSum pure_cost_;
   std::vector<Key> touched_;
+  DiscreteTree tree_;  // of large components
+  std::uint64_t variables_so_far_ = 0;
 
   // Since the last commit.
   unsigned epoch_ = 1;

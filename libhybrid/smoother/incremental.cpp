@@ -222,6 +222,17 @@ UpdateReport IncrementalSmoother::restore(const Snapshot& snapshot) {
       [&](UpdateReport& report) { continuous().jump(moved, state_.given(), report); });
 }
 
+UpdateReport IncrementalSmoother::move(const Values& to) {
+  Places moved;
+  for (const Key key : to.keys()) {
+    const VariableType type = to.type(key);
+    if (values().type(key) != type) throw Error(to_string(key) + " is no " + to_string(type));
+    moved.append(values().slot(key), to.data(key), type.size);
+  }
+  return all_or_nothing(
+      [&](UpdateReport& report) { continuous().jump(moved, state_.given(), report); });
+}
+
 std::vector<Key> IncrementalSmoother::elimination_order() const {
   std::vector<Key> order;
   for (int slot : tree().order()) order.push_back(values().key(slot));

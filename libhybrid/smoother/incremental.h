@@ -109,6 +109,9 @@ class IncrementalSmoother {
   /// Moves the estimate back, whatever that does to the objective; discrete values stay. Throws
   /// Error where the variables are not those of the snapshot.
   UpdateReport restore(const Snapshot& snapshot);
+  /// Moves some variables, whatever that does to the objective; discrete values stay. Throws Error
+  /// for variables that are not there, or of another type.
+  UpdateReport move(const Values& to);
 
   const HybridGraph& graph() const { return state_.graph(); }
   const Values& values() const { return continuous().values(); }

@@ -30,6 +30,10 @@ UpdateReport propose(IncrementalSmoother& smoother, const Proposal& proposal) {
   UpdateReport report = smoother.settle();
   if (report.status != UpdateReport::Status::kOk) return report;
   const double settled = smoother.objective();
+  if (!proposal.moved.empty()) {
+    report.go_on(smoother.move(proposal.moved));
+    if (report.status != UpdateReport::Status::kOk) return report;
+  }
   const UpdateReport change = smoother.update(proposal.delta);
   report.go_on(change);
   if (report.status != UpdateReport::Status::kOk) return report;

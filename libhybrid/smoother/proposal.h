@@ -13,6 +13,8 @@ struct Proposal {
   /// fewer variables, that is what fewer are worth: its log odds and half the chi-square that a
   /// linear model foresees, (E3) of docs/evidence.md.
   double allowed_rise = 0.0;
+  /// Where variables that are in the map are put first, before the discrete half-step.
+  Values moved = {};
 };
 
 /// Makes a change on trial: the map settles, without the change and then with it, and keeps it if

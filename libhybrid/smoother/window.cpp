@@ -43,7 +43,7 @@ WindowReport WindowSmoother::propose(const Proposal& proposal) {
     return report;
   }
   const Delta change = past_.with_returning(proposal.delta);
-  done = hybrid::propose(smoother_, {change, proposal.allowed_rise});
+  done = hybrid::propose(smoother_, {change, proposal.allowed_rise, proposal.moved});
   if (done.status == UpdateReport::Status::kOk) take_in(proposal.delta, change, done);
   return report;
 }

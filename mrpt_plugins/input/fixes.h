@@ -41,6 +41,11 @@ class RepeatedFixes {
 /// Puts fixes into the axes of a datum: the first fix that the next one confirms.
 class DatumFinder {
  public:
+  DatumFinder() = default;
+  /// One that is known.
+  DatumFinder(const GeodeticPoint& datum, bool is_on_earth)
+      : frame_(datum), is_on_earth_(is_on_earth) {}
+
   /// East, north, up [m]; nothing, which is counted in `report`, before there is a datum, and for
   /// fixes farther than 1,000 km from it.
   std::optional<Eigen::Vector3d> to_local(const LoggedFix& fix, DropReport& report);

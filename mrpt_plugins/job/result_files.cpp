@@ -50,16 +50,16 @@ std::vector<std::string> conflict(const MapOrigin& given, const MapOrigin& by_fi
 }  // namespace
 
 std::vector<std::string> write_globe(const OutputDirectory& out, const MapResult& result,
-                                     const std::vector<double>& given) {
+                                     const std::optional<MapOrigin>& given) {
   std::optional<MapOrigin> by_fixes;
   if (result.datum && result.datum->is_on_earth) by_fixes = origin_of(*result.datum);
-  if (given.empty() && !by_fixes) {
+  if (!given && !by_fixes) {
     if (!result.datum) return {};
     return {"no map.geojson: the fixes of the log are in local axes, not on earth"};
   }
-  const MapOrigin origin = given.empty() ? *by_fixes : MapOrigin{given[0], given[1], given[2]};
+  const MapOrigin& origin = given ? *given : *by_fixes;
   out.write("map.geojson", geojson_text(result, origin));
-  return given.empty() || !by_fixes ? std::vector<std::string>() : conflict(origin, *by_fixes);
+  return given && by_fixes ? conflict(origin, *by_fixes) : std::vector<std::string>();
 }
 
 std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,

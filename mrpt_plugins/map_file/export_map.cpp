@@ -154,7 +154,19 @@ MapOrigin origin_of(const MapDatum& datum) {
   const GeodeticPoint origin = place(0);
   const Eigen::Vector3d arm = LocalFrame(origin).to_local(place(kArm));
   return {origin.latitude, origin.longitude, std::atan2(arm.y(), arm.x()) / kDegree,
-          origin.altitude};
+          origin.altitude, true};
+}
+
+MapDatum datum_of(const MapOrigin& origin) {
+  MapDatum out{{origin.latitude, origin.longitude, origin.altitude}, true, {}};
+  out.T_datum_map = Eigen::AngleAxisd(origin.direction * kDegree, Eigen::Vector3d::UnitZ());
+  return out;
+}
+
+Eigen::Isometry3d motion_between(const MapOrigin& first, const MapOrigin& second) {
+  const MapDatum from = datum_of(first), to = datum_of(second);
+  return from.T_datum_map.inverse() * LocalFrame(to.origin).pose_in(LocalFrame(from.origin)) *
+         to.T_datum_map;
 }
 
 std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {

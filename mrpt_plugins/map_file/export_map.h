@@ -11,15 +11,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// The place of a map on the globe.
-struct MapOrigin {
-  double latitude = 0, longitude = 0;  ///< of its origin, WGS 84 [deg]
-  double direction = 0;                ///< of its x axis, counter-clockwise from east [deg]
-  double altitude = 0;                 ///< above the ellipsoid [m]
-};
-
-/// That of a map whose place fixes have found.
+/// The place on the globe of a map whose place fixes have found.
 MapOrigin origin_of(const MapDatum& datum);
+/// The reverse.
+MapDatum datum_of(const MapOrigin& origin);
+
+/// Where the second map is in the first.
+Eigen::Isometry3d motion_between(const MapOrigin& first, const MapOrigin& second);
 
 /// The keyframes of one robot in one session.
 struct MapWay {

@@ -35,6 +35,7 @@ constexpr double kMostLoss = 1e6;    // [nat], where a prior says nothing any mo
 constexpr std::int64_t kMostSurfaces = 100000;  // of a local map, ten centimetres apart
 constexpr std::int64_t kFarthest = 100000;      // [mm], what a local map reaches
 constexpr std::int64_t kHalfTurn = 3142;        // [mrad]
+constexpr double kMostAltitude = 1e7;           // [m]
 constexpr double kMostTurn = 1e6;               // [deg], beyond which angles are not angles
 
 std::int64_t number(std::size_t n) {
@@ -328,6 +329,20 @@ void refuse_faults(const MapRecord& record) {
               (faults.size() > 1 ? fmt::format(", and {} more", faults.size() - 1) : ""));
 }
 
+std::optional<MapOrigin> read_origin(Database& database) {
+  const auto latitude = read_number(database, "latitude", -90, 90);
+  const auto longitude = read_number(database, "longitude", -180, 180);
+  const auto direction = read_number(database, "direction", -kMostTurn, kMostTurn);
+  const auto altitude = read_number(database, "altitude", -kMostAltitude, kMostAltitude);
+  const auto by_fixes = read_number(database, "by_fixes", 0, 1);
+  if (latitude && longitude && direction) {
+    return MapOrigin{*latitude, *longitude, *direction, altitude.value_or(0),
+                     by_fixes.value_or(0) == 1};
+  }
+  if (latitude || longitude || direction) throw Error("has a part of an origin only");
+  return std::nullopt;
+}
+
 MapRecord read_rows(Database& database) {
   MapRecord out;
   out.is_3d = read_whole(database, "dimension", 2, 3) == 3;
@@ -339,14 +354,7 @@ MapRecord read_rows(Database& database) {
   read_prior(database, place, out);
   read_local_maps(database, out);
   out.prior.loss = read_number(database, "loss", 0, kMostLoss).value_or(0);
-  const auto latitude = read_number(database, "latitude", -90, 90);
-  const auto longitude = read_number(database, "longitude", -180, 180);
-  const auto direction = read_number(database, "direction", -kMostTurn, kMostTurn);
-  if (latitude && longitude && direction) {
-    out.origin = {*latitude, *longitude, *direction};
-  } else if (latitude || longitude || direction) {
-    throw Error("has a part of an origin only");
-  }
+  out.origin = read_origin(database);
   refuse_faults(out);
   check_checksum(database);
   return out;

@@ -130,10 +130,13 @@ void write_kind(Database& database, const MapRecord& record) {
   run(map, std::string("dimension"), record.dim());
   run(map, std::string("identified"), record.identified ? 1 : 0);
   run(map, std::string("loss"), record.prior.loss);
-  if (record.origin.size() != 3) return;
-  run(map, std::string("latitude"), record.origin[0]);
-  run(map, std::string("longitude"), record.origin[1]);
-  run(map, std::string("direction"), record.origin[2]);
+  if (!record.origin) return;
+  run(map, std::string("latitude"), record.origin->latitude);
+  run(map, std::string("longitude"), record.origin->longitude);
+  run(map, std::string("direction"), record.origin->direction);
+  if (!record.origin->by_fixes) return;
+  run(map, std::string("altitude"), record.origin->altitude);
+  run(map, std::string("by_fixes"), 1);
 }
 
 void write_session(Database& database, const MapSession& session) {

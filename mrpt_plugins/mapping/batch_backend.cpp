@@ -34,6 +34,15 @@ void add_to(const Delta& delta, const Estimate& at, double& objective, double& c
   }
 }
 
+/// Moves some variables.
+void move(Values& values, const Values& to) {
+  for (const Key key : to.keys()) {
+    const VariableType type = to.type(key);
+    if (values.type(key) != type) throw Error(to_string(key) + " is no " + to_string(type));
+    std::copy_n(to.data(key), type.size, values.data(values.slot(key)));
+  }
+}
+
 /// Reverts a change: the steps of its undo from the last to the first.
 void revert(const std::vector<std::function<void()>>& undo) {
   for (auto step = undo.rbegin(); step != undo.rend(); ++step) (*step)();
@@ -93,6 +102,7 @@ BackendReport BatchBackend::propose(const Proposal& proposal) {
     if (!is_solved_) report = solve(estimate_);
     settled = objective_;
     report.warnings.clear();
+    move(estimate_.values, proposal.moved);
     AddedHandles handles = insert(proposal.delta, undo);
     add_work(report, solve(estimate_));
     report.handles = std::move(handles);

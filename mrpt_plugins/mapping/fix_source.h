@@ -22,6 +22,8 @@ class FixSource {
   virtual const FixMapper& fix_mapper() const = 0;
   /// Where the map is on earth; nothing where it is not known.
   virtual std::optional<MapDatum> datum() const = 0;
+  /// Before the first keyframe: where the map is on earth, which is a known one.
+  virtual void adopt(const MapDatum& datum) = 0;
   /// Asked after each keyframe: true once, when that has become known. Then the first pose of the
   /// map is set free, and fixes that have waited are added by MappingPlugin::revise.
   virtual bool find_datum(const MapView& map) = 0;

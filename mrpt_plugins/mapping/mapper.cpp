@@ -11,6 +11,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/motion_covariance.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace hybrid {
@@ -272,6 +273,10 @@ StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report)
           keyframe.time, plugin_ms_,
           report.cost,   landmarks_.size(),
           robot_};
+}
+
+FixSource* Mapper::fix_source() const {
+  return fix_source_of(plugins_);
 }
 
 BackendReport Mapper::finish() {

@@ -28,7 +28,6 @@
 namespace HYBRID_API hybrid {
 
 class FixSource;
-FixSource* fix_source_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins);
 
 /// A robot of a map that several make.
 struct RobotOptions {
@@ -61,6 +60,8 @@ class Mapper {
   /// Adds known landmarks before the first keyframe. Throws Error if their classes are not those of
   /// the plugins.
   void adopt(const KnownMap& known);
+  /// The map that was adopted is there on earth.
+  void adopt(const MapDatum& datum);
   /// Gives up what was known of the start (MotionOptions::start) of a robot, once measurements say
   /// where it is.
   void forget_start(std::size_t robot = 0);
@@ -167,7 +168,7 @@ class Mapper {
   void tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
             std::array<std::size_t, 3>& first);
   void note_start(const Delta& motion, const BackendReport& report);
-  FixSource* fix_source() const { return fix_source_of(plugins_); }
+  FixSource* fix_source() const;
   void look_for_datum();
   void set_start(Robot& robot, const KnownStart& start);
   void count(const BackendReport& report);

@@ -56,6 +56,10 @@ void Mapper::adopt(const KnownMap& known) {
   landmarks_.commit();
 }
 
+void Mapper::adopt(const MapDatum& datum) {
+  if (FixSource* source = fix_source()) source->adopt(datum);
+}
+
 /// Notes where the prior of the first pose of a robot is, for forget_start().
 void Mapper::note_start(const Delta& motion, const BackendReport& report) {
   const bool first = robot().poses.empty() && !motion.continuous.empty();

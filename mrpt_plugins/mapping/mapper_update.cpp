@@ -158,8 +158,9 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
     }
     try {
       enter(own, landmarks_);
-      BackendReport one = own.allowed_rise ? backend_->propose({own.delta, *own.allowed_rise})
-                                           : backend_->update(own.delta);
+      BackendReport one = own.allowed_rise
+                              ? backend_->propose({own.delta, *own.allowed_rise, own.moved})
+                              : backend_->update(own.delta);
       if (one.status == UpdateReport::Status::kTurnedDown) {
         landmarks_.roll_back();
         plugins_[p]->refused();

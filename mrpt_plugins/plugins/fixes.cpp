@@ -63,7 +63,7 @@ Contribution Fixes::observe(const Frame& frame, const MapView& map) {
 }
 
 Contribution Fixes::conclude(const MapView& map) {
-  Contribution out = mapper_.revise(map);
+  Contribution out = mapper_.revise(map, true);
   if (std::exchange(concluded_, true)) return out;
   std::size_t waiting = 0;
   for (const FixEntry& entry : mapper_.fixes()) {
@@ -72,8 +72,8 @@ Contribution Fixes::conclude(const MapView& map) {
   }
   if (waiting > 0) {
     out.dropped
-        ["fix not used: the map is a known one, or most do not agree with the path, or it is "
-         "too short to tell the direction of north"] = waiting;
+        ["fix not used: the map is a known one whose place on earth fixes have not told, or most "
+         "do not agree with the path, or it is too short to tell the direction of north"] = waiting;
   }
   return out;
 }
@@ -81,6 +81,11 @@ Contribution Fixes::conclude(const MapView& map) {
 std::map<std::string, double> Fixes::statistics() const {
   return {{"fixes", static_cast<double>(mapper_.fixes().size())},
           {"fix_own_sigma", mapper_.own_sigma()}};
+}
+
+void Fixes::adopt(const MapDatum& datum) {
+  datum_ = DatumFinder(datum.origin, datum.is_on_earth);
+  mapper_.set_datum(datum.T_datum_map);
 }
 
 std::optional<MapDatum> Fixes::datum() const {

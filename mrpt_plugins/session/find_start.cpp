@@ -7,10 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/scans/scan_join.h"
 #include "libhybrid/scans/scan_place.h"
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/map_file/export_map.h"
+#include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/session/detail/localizer.h"
@@ -100,6 +104,20 @@ class OwnMap {
   std::optional<Mapper> mapper_;
 };
 
+/// What fixes say, once they tell where the own map is on earth, if others have told that of the
+/// known map.
+std::optional<KnownStart> start_by_fixes(const OwnMap& own, const MapRecord& map) {
+  if (!map.origin || !map.origin->by_fixes) return std::nullopt;
+  const FixSource* source = fix_source_of(own.plugins());
+  const std::optional<MapDatum> datum = source != nullptr ? source->datum() : std::nullopt;
+  if (!datum || !datum->is_on_earth) return std::nullopt;
+  const Backend& backend = own.mapper().backend();
+  const Key first(key_letter::kPose, 0);
+  const Eigen::Isometry3d T =
+      motion_between(*map.origin, origin_of(*datum)) * isometry_at(backend.values(), first);
+  return KnownStart{map.is_3d ? T : to_isometry(to_se2(T)), backend.joint_covariance({first})};
+}
+
 }  // namespace
 
 std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
@@ -110,12 +128,15 @@ std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t r
   ScanPlaceOptions options;
   options.odds = odds;
   ScanLocalizer scans(map, own.plugins(), options);
+  std::optional<FoundStart> by_fixes;
   for (std::size_t i = 0; own.add_next(); ++i) {
     const auto start = localizer ? localizer->look(own.mapper()) : std::nullopt;
     if (start) return FoundStart{*start, i, false};
     if (const auto by_scans = scans.look()) return FoundStart{*by_scans, i, true};
+    if (by_fixes) continue;
+    if (const auto found = start_by_fixes(own, map)) by_fixes = FoundStart{*found, i, false};
   }
-  return std::nullopt;
+  return by_fixes;
 }
 
 std::optional<KnownStart> refine_start(const ReplayRequest& request, std::size_t robot,

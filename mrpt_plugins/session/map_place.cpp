@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/plugins/bearing_range_association.h"
 
 namespace hybrid {
@@ -59,9 +60,9 @@ const MapRecord& MapPlace::map() const {
   return run_ && doubt_.empty() ? run_->map() : none;
 }
 
-std::vector<double> MapPlace::origin() const {
-  if (lost_) return {};
-  return options_.origin.empty() ? map().origin : options_.origin;
+std::optional<MapOrigin> MapPlace::origin() const {
+  if (lost_) return std::nullopt;
+  return options_.origin ? options_.origin : map().origin;
 }
 
 void MapPlace::enter(Mapper& mapper, bool found) {
@@ -70,6 +71,8 @@ void MapPlace::enter(Mapper& mapper, bool found) {
   if (lost_) return;
   about(std::vector<std::string>{options_.file}, [&] {
     if (found) mapper.adopt(known_map(run_->map()));
+    const std::optional<MapOrigin>& place = run_->map().origin;
+    if (found && place && place->by_fixes) mapper.adopt(datum_of(*place));
     run_->begin(mapper.robot_names());
     return 0;
   });

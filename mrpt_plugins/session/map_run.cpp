@@ -288,10 +288,9 @@ MapRecord MapRun::after(const Mapper& mapper, const MapResult& result) const {
   // A session without detections does not change what the ids are.
   if (!map_.landmarks.empty()) out.identified = map_.identified;
   out.sessions = map_.sessions;
-  out.origin = options_.origin.empty() ? map_.origin : options_.origin;
-  if (out.origin.empty() && result.datum && result.datum->is_on_earth) {
-    const MapOrigin found = origin_of(*result.datum);
-    out.origin = {found.latitude, found.longitude, found.direction};
+  out.origin = options_.origin ? options_.origin : map_.origin;
+  if (!out.origin && result.datum && result.datum->is_on_earth) {
+    out.origin = origin_of(*result.datum);
   }
   for (MapLandmark& landmark : out.landmarks) {
     const auto known = std::find_if(map_.landmarks.begin(), map_.landmarks.end(),

@@ -47,15 +47,17 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
                    "evidence that a place in the map needs, against chance and against any other",
                    IniRange{1, 1e12});
   o.start = read_start(map);
-  o.origin = map.get("origin", o.origin,
-                     "latitude and longitude of the origin of the map and direction of its x axis "
-                     "[deg, counter-clockwise from east], for GeoJSON; empty: as fixes tell, if "
-                     "they do",
-                     kTurn);
-  if (!o.origin.empty() &&
-      (o.origin.size() != 3 || std::abs(o.origin[0]) > 90 || std::abs(o.origin[1]) > 180)) {
+  const std::vector<double> origin =
+      map.get("origin", std::vector<double>(),
+              "latitude and longitude of the origin of the map and direction of its x axis "
+              "[deg, counter-clockwise from east], for GeoJSON; empty: as fixes tell, if "
+              "they do",
+              kTurn);
+  if (!origin.empty() &&
+      (origin.size() != 3 || std::abs(origin[0]) > 90 || std::abs(origin[1]) > 180)) {
     map.fail("origin", "needs latitude, longitude and direction in degrees");
   }
+  o.origin = stated_origin(origin);
   return o;
 }
 

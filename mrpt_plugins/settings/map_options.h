@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/mapping/motion.h"
 #include "mrpt_plugins/settings/replay_request.h"
@@ -21,12 +22,11 @@ struct StartOptions {
 
 /// What a replay does with a map file.
 struct MapOptions {
-  std::string file;           ///< empty: none
-  std::string mode = "auto";  ///< auto, build, extend or localize
-  int commit_every = 10;      ///< keyframes
-  double odds = 1e4;          ///< evidence that a place needs
-  /// Latitude and longitude of the origin [deg], and the direction of its x axis from east [deg].
-  std::vector<double> origin;
+  std::string file;                 ///< empty: none
+  std::string mode = "auto";        ///< auto, build, extend or localize
+  int commit_every = 10;            ///< keyframes
+  double odds = 1e4;                ///< evidence that a place needs
+  std::optional<MapOrigin> origin;  ///< as stated by hand
   StartOptions start;
 
   bool localizes() const { return mode == "localize"; }

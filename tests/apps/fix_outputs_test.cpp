@@ -94,6 +94,99 @@ TEST_F(FixOutputs, AMapFileKeepsThePlace) {
   EXPECT_NEAR(exported[1], told[1], 1e-8);
 }
 
+/// Drives in one street to the north, with things that have ids on both sides.
+class FixesInMaps : public FixOutputs {
+ protected:
+  /// From `from` to `to` [m] along it, 2 m each second, by odometry that is long by a factor.
+  void import_part(const std::string& name, int from, int to, double factor) const {
+    std::string odometry = "time,x,y,yaw\n", fixes = "time,lat,lon\n";
+    std::string detections = "time,range,yaw,id\n";
+    for (int t = 0; from + 2 * t <= to; ++t) {
+      const int north = from + 2 * t, time = 1000 * from + t;
+      odometry += fmt::format("{},{},0,0\n", time, factor * 2 * t);
+      const auto [latitude, longitude] = place(5, north);
+      fixes += fmt::format("{},{:.10f},{:.10f}\n", time, latitude, longitude);
+      for (int k = 0; k < 40; ++k) {
+        const double ahead = 12.0 * k - north, left = k % 2 == 0 ? 6 : -6;
+        if (ahead < 0 || ahead > 25) continue;
+        detections += fmt::format("{},{:.4f},{:.5f},{}\n", time, std::hypot(ahead, left),
+                                  std::atan2(left, ahead), k);
+      }
+    }
+    write("odometry.csv", odometry);
+    write("fixes.csv", fixes);
+    write("detections.csv", detections);
+    const Ran ran =
+        run_app("hybrid-import csv --odometry " + at("odometry.csv") + " --fixes " +
+                at("fixes.csv") + " --detections " + at("detections.csv") + " -o " + at(name));
+    ASSERT_EQ(ran.code, 0) << ran.text;
+  }
+};
+
+TEST_F(FixesInMaps, AKnownMapIsWhereItsFixesSay) {
+  import_part("a.rawlog", 0, 120, 1);
+  import_part("b.rawlog", 60, 240, 1.03);
+  summary_of(at("a.rawlog") + " --map " + at("a.hmap"));
+  const std::string before = read("a.hmap");
+  const auto located = summary_of(at("b.rawlog") + " --map-mode localize --map " + at("a.hmap"));
+  EXPECT_EQ(located["fixes"]["used"], located["fixes"]["count"]) << located["dropped"];
+  EXPECT_EQ(read("a.hmap"), before);
+  const auto extended = summary_of(at("b.rawlog") + " --map " + at("a.hmap"));
+  EXPECT_EQ(extended["fixes"]["used"], extended["fixes"]["count"]) << extended["dropped"];
+  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+  const auto [latitude, longitude] = place(5, 240);
+  for (const auto& feature : globe["features"]) {
+    if (feature["geometry"]["type"] != "LineString") continue;
+    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], longitude, 1e-5);
+    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], latitude, 1e-5);
+  }
+}
+
+TEST_F(FixesInMaps, ADriveElsewhereIsFoundByItsFixes) {
+  import_part("a.rawlog", 0, 120, 1);
+  import_part("b.rawlog", 300, 420, 1);
+  const auto first = summary_of(at("a.rawlog") + " --map " + at("a.hmap"));
+  const auto second = summary_of(at("b.rawlog") + " --map " + at("a.hmap"));
+  EXPECT_EQ(second["status"], "ok");
+  EXPECT_GT(second["landmarks"], first["landmarks"]);
+  EXPECT_EQ(second["fixes"]["used"], second["fixes"]["count"]) << second["dropped"];
+  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+  const auto [latitude, longitude] = place(5, 420);
+  bool seen = false;
+  for (const auto& feature : globe["features"]) {
+    if (feature["geometry"]["type"] != "LineString") continue;
+    seen = true;
+    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], longitude, 1e-5);
+    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], latitude, 1e-5);
+  }
+  EXPECT_TRUE(seen);
+}
+
+TEST_F(FixesInMaps, APlaceThatIsGivenByHandIsNotExactEnough) {
+  import_part("a.rawlog", 0, 120, 1);
+  summary_of(at("a.rawlog") + " --set fixes.modes=no --map " + at("a.hmap") +
+             " --set \"plugins.classes=BearingRangeKnownIds\" --set map.origin=36.7,-4.5,90");
+  import_part("b.rawlog", 60, 240, 1);
+  const auto summary = summary_of(at("b.rawlog") + " --map " + at("a.hmap"));
+  EXPECT_EQ(summary["fixes"]["used"], 0);
+}
+
+TEST_F(FixesInMaps, MapsThatShareNothingAreJoinedByTheirPlacesOnEarth) {
+  import_part("a.rawlog", 0, 120, 1);
+  import_part("b.rawlog", 300, 420, 1);
+  for (const std::string name : {"a", "b"}) {
+    summary_of(at(name + ".rawlog") + " --map " + at(name + ".hmap"));
+  }
+  const Ran ran =
+      run_app("hybrid-map join -o " + at("c.hmap") + " " + at("a.hmap") + " " + at("b.hmap"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  EXPECT_NE(ran.text.find("by fixes of satellites, 0 landmarks"), std::string::npos) << ran.text;
+  // Both drives begin where their maps do.
+  const std::size_t at_place = ran.text.find("at (");
+  ASSERT_NE(at_place, std::string::npos) << ran.text;
+  EXPECT_NEAR(std::stod(ran.text.substr(at_place + 4)), 300, 1) << ran.text;
+}
+
 TEST_F(FixOutputs, LocalAxesAreNotOnEarth) {
   import(false);
   EXPECT_TRUE(warns(replayed(), "not on earth"));

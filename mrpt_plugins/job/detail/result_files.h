@@ -3,9 +3,11 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapper.h"
@@ -18,10 +20,10 @@ namespace hybrid {
 std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,
                                    const Backend& backend);
 
-/// Writes map.geojson where it is known where on earth the map is: by `given` (latitude, longitude,
-/// direction of the x axis [deg]), or else by fixes. Returns what is to be said of that.
+/// Writes map.geojson where it is known where on earth the map is: by `given`, or else by fixes.
+/// Returns what is to be said of that.
 std::vector<std::string> write_globe(const OutputDirectory& out, const MapResult& result,
-                                     const std::vector<double>& given);
+                                     const std::optional<MapOrigin>& given);
 
 /// Writes trajectory.tum, which is `paths`, trajectory_dead_reckoning.tum and, where there is a
 /// true path, trajectory_truth.tum, the true poses at the keyframes in the frame of the map; of

@@ -20,8 +20,8 @@ struct FoundStart {
 };
 
 /// Maps the log of one robot in a frame of its own until its landmarks or, in the plane, its laser
-/// scans say where in the map they are; nothing where they do not up to its end. `odds` is the
-/// evidence needed. Throws as replay does.
+/// scans say where in the map they are. Where they do not up to its end, fixes of satellites do, if
+/// both have them; else nothing. `odds` is the evidence needed. Throws as replay does.
 std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
                                      const MapRecord& map, double odds);
 

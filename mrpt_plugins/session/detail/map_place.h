@@ -29,9 +29,8 @@ class MapPlace {
   const MapRecord& map() const;
   /// Whether the log is located in a map that stays as it is.
   bool localizes() const { return run_ && run_->localizes() && !lost_; }
-  /// Latitude and longitude of the origin of the frame of the session and direction of its x axis
-  /// [deg], as given by hand; empty where they are not.
-  std::vector<double> origin() const;
+  /// The place on the globe of the frame of the session, by hand or as the map has it.
+  std::optional<MapOrigin> origin() const;
   /// Gives the mapper the landmarks of the map, before the first keyframe; none where the robots
   /// were not `found` in it.
   void enter(Mapper& mapper, bool found);

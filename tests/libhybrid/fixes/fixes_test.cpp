@@ -157,7 +157,12 @@ class Drive {
       smoother_.update(freed);
     }
     const Contribution late = fixes_.revise(map);
-    if (!late.empty()) smoother_.update(late.delta);
+    if (late.allowed_rise) {
+      const Proposal moved{late.delta, *late.allowed_rise, late.moved};
+      if (smoother_.propose(moved).status != UpdateReport::Status::kOk) fixes_.refused();
+    } else if (!late.empty()) {
+      smoother_.update(late.delta);
+    }
   }
 
   /// Mode of a fix: 0 good, 1 biased, 2 false, -1 not in the map.
@@ -205,6 +210,20 @@ TEST(FixMapper, RunsOfBiasedFixesAndFalseOnesAreFound) {
   double worst = 0;
   for (int i = 0; i < 400; ++i) worst = std::max(worst, drive.error(i));
   EXPECT_LT(worst, 1.5);  // sigma of good fixes is 1 m, of which the path averages few
+}
+
+TEST(FixMapper, AMapThatBeginsAtABiasIsPutRight) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Drive drive(seed);
+    for (int i = 0; i < 400; ++i) {
+      Eigen::Vector2d error(drive.gauss(0.3), drive.gauss(0.3));
+      if (i >= 4 && i < 60) error += Eigen::Vector2d(9, 4);
+      drive.step(error);
+    }
+    EXPECT_EQ(drive.mode(30), 1);
+    EXPECT_EQ(drive.mode(300), 0);
+    EXPECT_LT(drive.error(399), 1.5) << "seed " << seed;
+  }
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/smoother/transaction.h"
 #include "tests/support/changing_world.h"
 
@@ -85,6 +86,50 @@ TEST(Propose, LeavesNoTraceOfWhatItTurnsDown) {
     EXPECT_EQ(state(map), state(twin));
   }
   EXPECT_GT(moved, 0);
+}
+
+/// A pose that is at 0 or at 10, of which the second costs less by 5.
+IncrementalSmoother two_places() {
+  const DiscreteKey which{Key('m', 0), 2};
+  const auto at = [](double x) {
+    return std::make_shared<Prior<SE2>>(pose(0), SE2(x, 0, 0), Noise::isotropic(3, 0.1));
+  };
+  Delta delta;
+  delta.values.insert(pose(0), SE2());
+  delta.hybrid.push_back(std::make_shared<Mixture>(
+      std::vector<DiscreteKey>{which}, std::vector<MixtureComponent>{{at(0), 5}, {at(10), 0}}));
+  IncrementalSmoother smoother;
+  smoother.update(delta);
+  return smoother;
+}
+
+Proposal moved_to(double x) {
+  Proposal proposal;
+  proposal.moved.insert(pose(0), SE2(x, 0, 0));
+  return proposal;
+}
+
+TEST(Propose, MovesOutOfAPlaceThatHalfStepsDoNotLeave) {
+  IncrementalSmoother map = two_places();
+  ASSERT_NEAR(map.values().at<SE2>(pose(0)).x(), 0, 1e-6);
+  EXPECT_EQ(propose(map, moved_to(9)).status, Status::kOk);
+  EXPECT_NEAR(map.values().at<SE2>(pose(0)).x(), 10, 1e-6);
+  EXPECT_EQ(map.assignment().at(Key('m', 0)), 1);
+  const std::vector<double> before = state(map);
+  EXPECT_EQ(propose(map, moved_to(1)).status, Status::kTurnedDown);
+  EXPECT_EQ(state(map), before);
+}
+
+TEST(Propose, RefusesToMoveWhatIsNotThere) {
+  IncrementalSmoother map = two_places();
+  const std::vector<double> before = state(map);
+  Proposal unknown, other;
+  unknown.moved.insert(pose(7), SE2());
+  other.moved.insert(pose(0), Eigen::Vector2d(1, 2).eval());
+  EXPECT_THROW(propose(map, unknown), Error);
+  EXPECT_THROW(propose(map, other), Error);
+  EXPECT_FALSE(map.in_transaction());
+  EXPECT_EQ(state(map), before);
 }
 
 TEST(Propose, JudgesByWhatIsAllowed) {

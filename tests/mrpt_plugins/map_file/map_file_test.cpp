@@ -37,7 +37,7 @@ MapRecord small_map() {
   std::normal_distribution<double> normal;
   MapRecord map;
   map.class_names = {"tree", "pole"};
-  map.origin = {36.7, -4.5, 90};
+  map.origin = {36.7, -4.5, 90, 12, true};
   for (int i = 0; i < 3; ++i) {
     MapLandmark l;
     l.id = 10 * i;

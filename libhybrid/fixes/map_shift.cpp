@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/fixes/map_shift.h"
+
+#include <map>
+#include <utility>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+
+namespace hybrid {
+namespace {
+
+/// Fixes of a receiver that follow each other, all biased or none.
+struct Run {
+  bool biased = false;
+  double begin = 0, end = 0;  // s
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+
+  double time() const { return end - begin; }
+};
+
+/// Collects runs, in order of time for each robot.
+class Runs {
+ public:
+  void add(std::size_t robot, double time, bool biased, const Eigen::Vector3d& error) {
+    Run& run = open_[robot];
+    if (run.count > 0 && run.biased != biased) close(robot);
+    if (run.count == 0) run.begin = time;
+    run.biased = biased;
+    run.end = time;
+    run.sum += error;
+    ++run.count;
+  }
+  void close_all() {
+    while (!open_.empty()) {
+      const std::size_t robot = open_.begin()->first;
+      close(robot);
+      open_.erase(robot);
+    }
+  }
+  const Run& longest_biased() const { return longest_; }
+  double good_time() const { return good_time_; }
+
+ private:
+  void close(std::size_t robot) {
+    const Run run = std::exchange(open_[robot], {});
+    if (!run.biased) {
+      good_time_ += run.time();
+    } else if (run.time() > longest_.time()) {
+      longest_ = run;
+    }
+  }
+
+  std::map<std::size_t, Run> open_;
+  Run longest_;
+  double good_time_ = 0;
+};
+
+Values shifted(const Eigen::Vector3d& shift, const MapView& map) {
+  Values out;
+  for (const Key key : map.values.keys()) {
+    if (!map.holds(key)) continue;
+    const char letter = key.letter();
+    if (letter == key_letter::kPose) {
+      insert_pose(out, key, Eigen::Translation3d(shift) * isometry_at(map.values, key), map.is_3d);
+    } else if (letter == key_letter::kLandmark) {
+      insert_point(out, key, point_at(map.values, key) + shift, map.is_3d);
+    } else if (letter == key_letter::kFixError) {
+      insert_point(out, key, point_at(map.values, key) - shift, map.is_3d);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<Values> shift_by_bias(const std::vector<FixEntry>& fixes, const MapView& map) {
+  Runs runs;
+  for (const FixEntry& entry : fixes) {
+    if (!entry.error || map.assignment.find(*entry.falsity) == 1 || !map.holds(*entry.error)) {
+      continue;
+    }
+    const bool biased = is_biased(static_cast<ErrorMode>(map.assignment.at(entry.mode.key)));
+    runs.add(entry.robot, entry.fix.time, biased, point_at(map.values, *entry.error));
+  }
+  runs.close_all();
+  const Run& longest = runs.longest_biased();
+  if (longest.count == 0 || longest.time() < runs.good_time()) return std::nullopt;
+  return shifted(longest.sum / longest.count, map);
+}
+
+}  // namespace hybrid
