@@ -6,11 +6,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/detections/sighting.h"
+#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/join_maps.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/session/detail/map_run.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
 
@@ -48,8 +51,13 @@ Meeting::Meeting(const ReplayRequest& request, const ReplaySettings& settings, M
 std::optional<FoundStart> Meeting::find(std::size_t i) {
   auto start = by_landmarks(i);
   if (!start) start = by_sightings(i);
+  if (!start) start = by_fixes(i);
   if (!start) return std::nullopt;
   place(i, start->T_map_robot);
+  // Fixes move the first pose from the origin.
+  if (own(i).map.origin) {
+    start->T_map_robot = start->T_map_robot * to_isometry(own(i).trajectory.front().pose);
+  }
   return FoundStart{*start, own(i).trajectory.size() - 1};
 }
 
@@ -77,11 +85,21 @@ Meeting::OwnMap Meeting::map_alone(std::size_t robot) const {
     const MapResult result = mapper.result();
     out.map = record_of(mapper, result);
     out.trajectory = result.trajectory;
+    if (result.datum && result.datum->is_on_earth) set_origin(*result.datum, mapper, out);
     return out;
   });
 }
 
 /// By landmarks that its map has in common with those of others, which then are one map.
+void Meeting::set_origin(const MapDatum& datum, const Mapper& mapper, OwnMap& out) {
+  const Key first(key_letter::kPose, 0);
+  const auto covariances = mapper.backend().uncertainty({first}, {}).covariances;
+  const auto known = covariances.find(first);
+  if (known == covariances.end()) return;
+  out.map.origin = origin_of(datum);
+  out.covariance = known->second;
+}
+
 std::optional<KnownStart> Meeting::by_landmarks(std::size_t i) {
   const MapRecord& map = own(i).map;
   for (Part& part : parts_) {
@@ -110,6 +128,19 @@ std::optional<KnownStart> Meeting::by_sightings(std::size_t i) {
 }
 
 /// Where a robot saw another in its own map, and where that was in its own then.
+/// By the places on earth of the maps.
+std::optional<KnownStart> Meeting::by_fixes(std::size_t i) {
+  const OwnMap& alone = own(i);
+  for (const Part& part : parts_) {
+    if (!alone.map.origin || !part.map.origin || !part.map.origin->by_fixes) continue;
+    const Eigen::Isometry3d T =
+        part.T_joint_part * motion_between(*part.map.origin, *alone.map.origin);
+    parts_.push_back({alone.map, alone.map.is_3d ? T : to_isometry(to_se2(T))});
+    return KnownStart{parts_.back().T_joint_part, alone.covariance};
+  }
+  return std::nullopt;
+}
+
 std::vector<CommonPoint> Meeting::sightings(std::size_t observer, std::size_t other) {
   const OwnMap& sees = own(observer);
   const OwnMap& seen = own(other);

@@ -162,6 +162,30 @@ TEST_F(FixesInMaps, ADriveElsewhereIsFoundByItsFixes) {
   EXPECT_TRUE(seen);
 }
 
+TEST_F(FixesInMaps, RobotsThatDoNotMeetAreInOneMapByTheirFixes) {
+  import_part("a.rawlog", 0, 120, 1);
+  import_part("b.rawlog", 300, 420, 1);
+  const std::string ini =
+      write("two.ini",
+            "[plugins]\nclasses = BearingRangeKnownIds Fixes\n[robot.a]\nrawlog = a.rawlog\n"
+            "[robot.b]\nrawlog = b.rawlog\n");
+  const auto summary = summary_of("-c " + ini);
+  EXPECT_EQ(summary["status"], "ok") << summary["message"];
+  EXPECT_EQ(summary["robots"].size(), 2);
+  EXPECT_EQ(summary["fixes"]["used"], summary["fixes"]["count"]) << summary["dropped"];
+  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+  const std::vector<std::pair<double, double>> ends = {place(5, 120), place(5, 420)};
+  std::size_t path = 0;
+  for (const auto& feature : globe["features"]) {
+    if (feature["geometry"]["type"] != "LineString") continue;
+    ASSERT_LT(path, ends.size());
+    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], ends[path].first, 1e-5);
+    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], ends[path].second, 1e-5);
+    ++path;
+  }
+  EXPECT_EQ(path, ends.size());
+}
+
 TEST_F(FixesInMaps, APlaceThatIsGivenByHandIsNotExactEnough) {
   import_part("a.rawlog", 0, 120, 1);
   summary_of(at("a.rawlog") + " --set fixes.modes=no --map " + at("a.hmap") +

@@ -13,6 +13,7 @@
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
+#include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/session/detail/find_start.h"
 #include "mrpt_plugins/settings/replay_request.h"
 #include "mrpt_plugins/settings/replay_settings.h"
@@ -39,6 +40,7 @@ class Meeting {
     MapRecord map;
     Trajectory trajectory;
     std::vector<std::vector<DetectionFrame>> robots;  // that it saw, by keyframe
+    Eigen::MatrixXd covariance;                       // of the first pose, with fixes
   };
   /// Maps that are one, and where their frame is.
   struct Part {
@@ -47,9 +49,11 @@ class Meeting {
   };
 
   OwnMap map_alone(std::size_t robot) const;
+  static void set_origin(const MapDatum& datum, const Mapper& mapper, OwnMap& out);
   const OwnMap& own(std::size_t i);
   std::optional<KnownStart> by_landmarks(std::size_t i);
   std::optional<KnownStart> by_sightings(std::size_t i);
+  std::optional<KnownStart> by_fixes(std::size_t i);
   std::vector<CommonPoint> sightings(std::size_t observer, std::size_t other);
 
   const ReplayRequest& request_;
