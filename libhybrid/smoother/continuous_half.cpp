@@ -275,26 +275,12 @@ void ContinuousHalf::commit(int recent) noexcept {
   order_.forget(recent);
 }
 
-ContinuousHalf::Mark ContinuousHalf::mark() {
-  return {models_.mark(), estimate_.mark(), small()};
-}
-
-void ContinuousHalf::roll_back() noexcept {
-  models_.roll_back();
-  estimate_.roll_back();
-  restore(std::move(committed_));
-}
-
 void ContinuousHalf::roll_back(Mark&& mark) noexcept {
   models_.roll_back(mark.models);
   estimate_.roll_back(mark.values);
-  restore(std::move(mark.small));
-}
-
-void ContinuousHalf::restore(Small&& before) noexcept {
-  costs_.roll_back(std::move(before.costs));
-  map_kind_ = before.map_kind;
-  order_ = std::move(before.order);
+  costs_.roll_back(std::move(mark.costs));
+  map_kind_ = mark.map_kind;
+  order_ = std::move(mark.order);
 }
 
 }  // namespace hybrid
