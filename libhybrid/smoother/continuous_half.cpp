@@ -248,21 +248,21 @@ std::vector<int> ContinuousHalf::slots_of(const std::vector<Key>& keys) const {
 
 Eigen::MatrixXd ContinuousHalf::joint_covariance(const std::vector<Key>& keys) const {
   const MapOf map(map_kind_, estimate_, terms());
-  return models_.tree().joint_covariance(slots_of(keys), map.charts());
+  return models_.tree().covariances(map.charts()).joint(slots_of(keys));
 }
 
 Eigen::MatrixXd ContinuousHalf::joint_covariance(const std::vector<Key>& keys,
                                                  const Eigen::MatrixXd& J) const {
   const MapOf map(map_kind_, estimate_, terms());
-  return models_.tree().joint_covariance(slots_of(keys), J, map.charts());
+  return models_.tree().covariances(map.charts()).joint(slots_of(keys), J);
 }
 
 void ContinuousHalf::visit_covariances(
     const std::function<void(Key, const Eigen::MatrixXd&)>& visit) const {
   const MapOf map(map_kind_, estimate_, terms());
-  models_.tree().visit_covariances(
-      [&](int slot, const Eigen::MatrixXd& covariance) { visit(values().key(slot), covariance); },
-      map.charts());
+  models_.tree().covariances(map.charts()).visit([&](int slot, const Eigen::MatrixXd& covariance) {
+    visit(values().key(slot), covariance);
+  });
 }
 
 std::size_t ContinuousHalf::bytes() const {
