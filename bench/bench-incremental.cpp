@@ -100,7 +100,7 @@ std::string run_graph(const std::string& path, std::string& growth) {
   }
   const double cost = smoother.cost();
   const double memory = double(smoother.memory().bytes);
-  const double factors = memory / double(sizeof(double) * smoother.tree().factor_size());
+  const double factors = memory / double(sizeof(double) * smoother.tree().cliques().factor_size());
   const double optimum = batch_optimum(smoother);
   const Stopwatch watch;
   smoother.converge();

@@ -303,26 +303,16 @@ int BlockCholesky::factorize(const BlockMatrix& matrix, const double* extra, Wor
   return first == INT_MAX ? -1 : first;
 }
 
-void BlockCholesky::solve_lower_step(const Supernode& node, double* x,
-                                     std::vector<double>& buffer) const {
-  buffer.assign(node.stride, 0.0);
-  std::copy_n(x + node.first, node.columns, buffer.begin());
-  kernels().forward(panel(node), node.stride, node.height, node.columns,
-                    inverse_diagonal_.data() + node.first, buffer.data());
-  std::copy_n(buffer.begin(), node.columns, x + node.first);
-  const int* row = rows(node);
-  for (int r = node.columns; r < node.height; ++r) x[row[r]] += buffer[r];
-}
-
 void BlockCholesky::solve_lower(double* x) const {
   std::vector<double> buffer;
-  for (const Supernode& node : supernodes_) solve_lower_step(node, x, buffer);
-}
-
-void BlockCholesky::solve_lower_along(int supernode, double* x) const {
-  std::vector<double> buffer;
-  for (int s = supernode; s >= 0; s = supernodes_[s].parent) {
-    solve_lower_step(supernodes_[s], x, buffer);
+  for (const Supernode& node : supernodes_) {
+    buffer.assign(node.stride, 0.0);
+    std::copy_n(x + node.first, node.columns, buffer.begin());
+    kernels().forward(panel(node), node.stride, node.height, node.columns,
+                      inverse_diagonal_.data() + node.first, buffer.data());
+    std::copy_n(buffer.begin(), node.columns, x + node.first);
+    const int* row = rows(node);
+    for (int r = node.columns; r < node.height; ++r) x[row[r]] += buffer[r];
   }
 }
 

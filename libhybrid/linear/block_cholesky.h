@@ -45,9 +45,6 @@ class BlockCholesky {
   void solve(double* x) const;
   /// x = L^-1 x in place.
   void solve_lower(double* x) const;
-  /// The same for an x that is zero outside the columns of one supernode and of its ancestors;
-  /// costs the path to the root only.
-  void solve_lower_along(int supernode, double* x) const;
   /// x = L'^-1 x in place.
   void solve_upper(double* x) const;
 
@@ -86,7 +83,6 @@ class BlockCholesky {
   void load_panel(int s, const BlockMatrix& matrix, const double* extra);
   void add_to_panel(const Supernode& child, const Supernode& parent);
   void add_to_update(const Supernode& child, const Supernode& parent);
-  void solve_lower_step(const Supernode& node, double* x, std::vector<double>& buffer) const;
   int process(int s, const BlockMatrix& matrix, const double* extra, WorkerPool* pool);
 
   int size_ = 0;

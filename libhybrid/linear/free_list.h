@@ -27,15 +27,12 @@ class FreeList {
   }
   /// Returns a number for reuse; without memory for that, the number is never used again.
   void give(int number) noexcept {
-    try {
-      free_.push_back(number);
-    } catch (const std::bad_alloc&) {
-      return;
-    }
+    const std::size_t steps = steps_.size();
     try {
       steps_.push_back(kGiven);
+      free_.push_back(number);
     } catch (const std::bad_alloc&) {
-      free_.pop_back();
+      steps_.resize(steps);
     }
   }
 

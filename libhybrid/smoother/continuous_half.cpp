@@ -248,21 +248,21 @@ std::vector<int> ContinuousHalf::slots_of(const std::vector<Key>& keys) const {
 
 Eigen::MatrixXd ContinuousHalf::joint_covariance(const std::vector<Key>& keys) const {
   const MapOf map(map_kind_, estimate_, terms());
-  return models_.tree().joint_covariance(slots_of(keys), map.charts());
+  return models_.tree().covariances(map.charts()).joint(slots_of(keys));
 }
 
 Eigen::MatrixXd ContinuousHalf::joint_covariance(const std::vector<Key>& keys,
                                                  const Eigen::MatrixXd& J) const {
   const MapOf map(map_kind_, estimate_, terms());
-  return models_.tree().joint_covariance(slots_of(keys), J, map.charts());
+  return models_.tree().covariances(map.charts()).joint(slots_of(keys), J);
 }
 
 void ContinuousHalf::visit_covariances(
     const std::function<void(Key, const Eigen::MatrixXd&)>& visit) const {
   const MapOf map(map_kind_, estimate_, terms());
-  models_.tree().visit_covariances(
-      [&](int slot, const Eigen::MatrixXd& covariance) { visit(values().key(slot), covariance); },
-      map.charts());
+  models_.tree().covariances(map.charts()).visit([&](int slot, const Eigen::MatrixXd& covariance) {
+    visit(values().key(slot), covariance);
+  });
 }
 
 std::size_t ContinuousHalf::bytes() const {
@@ -275,26 +275,12 @@ void ContinuousHalf::commit(int recent) noexcept {
   order_.forget(recent);
 }
 
-ContinuousHalf::Mark ContinuousHalf::mark() {
-  return {models_.mark(), estimate_.mark(), small()};
-}
-
-void ContinuousHalf::roll_back() noexcept {
-  models_.roll_back();
-  estimate_.roll_back();
-  restore(std::move(committed_));
-}
-
 void ContinuousHalf::roll_back(Mark&& mark) noexcept {
   models_.roll_back(mark.models);
   estimate_.roll_back(mark.values);
-  restore(std::move(mark.small));
-}
-
-void ContinuousHalf::restore(Small&& before) noexcept {
-  costs_.roll_back(std::move(before.costs));
-  map_kind_ = before.map_kind;
-  order_ = std::move(before.order);
+  costs_.roll_back(std::move(mark.costs));
+  map_kind_ = mark.map_kind;
+  order_ = std::move(mark.order);
 }
 
 }  // namespace hybrid

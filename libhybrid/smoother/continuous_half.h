@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
@@ -94,22 +95,19 @@ class ContinuousHalf {
       const std::function<void(Key key, const Eigen::MatrixXd& covariance)>& visit) const;
   std::size_t bytes() const;
 
-  struct Small {  // what is copied as a whole
+  struct Mark {
+    LinearModels::Mark models;
+    JournaledValues::Mark values;
     TermCosts::Mark costs;
     MapKind map_kind;
     EliminationOrder order;
   };
-  struct Mark {
-    LinearModels::Mark models;
-    JournaledValues::Mark values;
-    Small small;
-  };
   /// Called before the first change since a commit.
-  void start_change() { committed_ = small(); }
+  void start_change() { committed_ = mark(estimate_.start()); }
   /// Goes on with so many of the newest poses among the last variables.
   void commit(int recent) noexcept;
-  Mark mark();
-  void roll_back() noexcept;
+  Mark mark() { return mark(estimate_.mark()); }
+  void roll_back() noexcept { roll_back(std::move(committed_)); }
   void roll_back(Mark&& mark) noexcept;
 
  private:
@@ -123,8 +121,9 @@ class ContinuousHalf {
   void make_again(const std::vector<int>& terms, UpdateReport& report) {
     report.relinearized += models_.make_again(terms);
   }
-  Small small() const { return {costs_.mark(), map_kind_, order_}; }
-  void restore(Small&& before) noexcept;
+  Mark mark(const JournaledValues::Mark& values) {
+    return {models_.mark(), values, costs_.mark(), map_kind_, order_};
+  }
 
   JournaledValues estimate_;
   LinearModels models_;
@@ -135,7 +134,7 @@ class ContinuousHalf {
   std::vector<int> changed_;  // slots whose estimate the last solution moved
   TermList touched_;
   MovedVariables moved_;
-  Small committed_;
+  Mark committed_;
 };
 
 }  // namespace hybrid

@@ -235,7 +235,7 @@ UpdateReport IncrementalSmoother::move(const Values& to) {
 
 std::vector<Key> IncrementalSmoother::elimination_order() const {
   std::vector<Key> order;
-  for (int slot : tree().order()) order.push_back(values().key(slot));
+  for (int slot : tree().cliques().order()) order.push_back(values().key(slot));
   return order;
 }
 

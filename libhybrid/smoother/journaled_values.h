@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "libhybrid/core/journal.h"
 #include "libhybrid/core/values.h"
 
 namespace HYBRID_API hybrid {
@@ -23,13 +24,14 @@ class JournaledValues {
     values_.insert(key, type, x);
     const int slot = values_.slot(key);
     if (slot >= static_cast<int>(saved_.size())) saved_.resize(slot + 1, 0);
-    saved_[slot] = epoch_;
+    saved_[slot] = numbers_.epoch();
   }
   /// Variables that came since the last commit.
   const std::vector<Key>& inserted() const { return inserted_; }
   /// Slots of others that may have changed since then.
   std::vector<int> edited() const {
-    std::vector<int> slots = slots_;
+    std::vector<int> slots;
+    for (const auto& entry : numbers_.entries()) slots.push_back(entry.number);
     if (!marked_) return slots;
     std::sort(slots.begin(), slots.end());
     slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
@@ -43,62 +45,41 @@ class JournaledValues {
   /// The numbers of a variable, to be changed.
   double* edit(int slot) {
     double* x = values_.data(slot);
-    if (saved_[slot] != epoch_) {
-      // Both or neither where memory is short: what is last is restored first.
-      if (slots_.size() == slots_.capacity()) slots_.reserve(2 * slots_.size() + 1);
-      numbers_.insert(numbers_.end(), x, x + values_.type(slot).size);
-      slots_.push_back(slot);
-      saved_[slot] = epoch_;
-    }
+    numbers_.save(slot, saved_[slot], x, values_.type(slot).size);
     return x;
   }
 
   void commit() {
     for (Key key : removed_) values_.erase(key);
-    start_epoch();
+    numbers_.commit();
+    inserted_.clear();
+    removed_.clear();
+    marked_ = false;
   }
   struct Mark {
     std::size_t edited = 0, inserted = 0, removed = 0;
     int slots = 0;
   };
+  /// The mark of the last commit, while nothing has changed since.
+  Mark start() const { return {0, 0, 0, values_.slot_count()}; }
   Mark mark() {
-    ++epoch_;
     marked_ = true;
-    return {slots_.size(), inserted_.size(), removed_.size(), values_.slot_count()};
+    return {numbers_.mark(), inserted_.size(), removed_.size(), values_.slot_count()};
   }
-  void roll_back() { roll_back(base_); }
   void roll_back(const Mark& mark) {
-    for (; slots_.size() > mark.edited; slots_.pop_back()) {
-      const int size = values_.type(slots_.back()).size;
-      std::copy_n(numbers_.end() - size, size, values_.data(slots_.back()));
-      numbers_.resize(numbers_.size() - static_cast<std::size_t>(size));
-    }
+    numbers_.roll_back(mark.edited, [this](int slot) { return values_.data(slot); });
     for (; inserted_.size() > mark.inserted; inserted_.pop_back()) {
       if (values_.contains(inserted_.back())) values_.take_back(inserted_.back(), mark.slots);
     }
     removed_.resize(mark.removed);
-    ++epoch_;
   }
 
  private:
-  void start_epoch() {
-    ++epoch_;
-    base_ = {0, 0, 0, values_.slot_count()};
-    marked_ = false;
-    inserted_.clear();
-    removed_.clear();
-    slots_.clear();
-    numbers_.clear();
-  }
-
   Values values_;
-  unsigned epoch_ = 1;
-  std::vector<unsigned> saved_;  // by slot: the epoch in which it was last saved
-  Mark base_;                    // of the last commit
-  bool marked_ = false;          // since then
+  Journal<double> numbers_;      // by slot, of variables that changed
+  std::vector<unsigned> saved_;  // by slot: epoch in which they were last saved
+  bool marked_ = false;          // since the last commit
   std::vector<Key> inserted_, removed_;
-  std::vector<int> slots_;       // of variables that changed, and
-  std::vector<double> numbers_;  // what they were before, one after the other
 };
 
 }  // namespace hybrid

@@ -120,14 +120,6 @@ void LinearModels::linearize_eliminated(const Values& values) {
 void LinearModels::commit() noexcept {
   tree_.commit();
   terms_.commit();
-  committed_weak_ = weak_;
-  lost_.clear();
-}
-
-void LinearModels::roll_back() noexcept {
-  tree_.roll_back();
-  terms_.roll_back();
-  weak_ = committed_weak_;
   lost_.clear();
 }
 

@@ -64,7 +64,6 @@ class LinearModels {
   };
   void commit() noexcept;
   Mark mark() { return {tree_.mark(), terms_.mark(), weak_, lost_.size()}; }
-  void roll_back() noexcept;
   void roll_back(const Mark& mark) noexcept;
 
  private:
@@ -77,7 +76,7 @@ class LinearModels {
   BayesTree tree_;
   Terms terms_;
   std::vector<int> term_of_factor_;  // by factor of the tree; -1 for a penalty
-  Weak weak_, committed_weak_;
+  Weak weak_;
   std::vector<Lost> lost_;
 };
 

@@ -26,7 +26,7 @@ void fetch_ahead(const std::vector<int>& list, std::size_t k, const LinearModels
   if (k + kAhead >= list.size()) return;
   const Term& term = terms[list[k + kAhead]];
   prefetch(term.component.factor, kFactorBytes);
-  if (term.tree_factor >= 0) models.tree().prefetch(term.tree_factor);
+  if (term.tree_factor >= 0) models.tree().system().prefetch(term.tree_factor);
 }
 
 /// What the linear model of a term says of its cost at the values, less constants.
@@ -38,7 +38,7 @@ double model_cost(const Term& term, const Values& values, MapKind kind, const Ba
   double* steps = many.empty() ? few.data() : many.data();
   steps_from(kind, tree.chart_of(term.tree_factor), factor.types(),
              TermPointers(term, values).data(), steps);
-  return tree.linear_cost(term.tree_factor, steps);
+  return tree.system().linear_cost(term.tree_factor, steps);
 }
 
 }  // namespace

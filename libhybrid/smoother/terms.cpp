@@ -96,7 +96,7 @@ int Terms::add(Term term) {
   terms_[t] = std::move(term);
   Term& added = terms_[t];
   added.alive = true;
-  added.saved = epoch_;
+  added.saved = saved_.epoch();
   for (int slot : added.slots) {
     reserve_variable(slot);
     adjacency_[slot].push_back(t);
@@ -107,13 +107,6 @@ int Terms::add(Term term) {
 void Terms::remove(int t) {
   edit(t).alive = false;
   removed_.push_back(t);
-}
-
-void Terms::save(int t) {
-  Term& term = terms_[t];
-  saved_.push_back({t, term.component, term.constant, term.tree_factor, term.pulls, term.cost,
-                    term.model_offset, term.model_error, term.alive});
-  term.saved = epoch_;
 }
 
 /// Forgets a term; the newest of a variable is found first.
@@ -133,33 +126,16 @@ void Terms::commit() noexcept {
     numbers_.give(t);
   }
   numbers_.commit();
-  start_epoch();
+  added_.clear();
+  removed_.clear();
+  saved_.commit();
 }
 
 void Terms::roll_back(const Mark& mark) noexcept {
-  for (; saved_.size() > mark.saved; saved_.pop_back()) {
-    Saved& saved = saved_.back();
-    Term& term = terms_[saved.t];
-    term.component = saved.component;
-    term.constant = saved.constant;
-    term.tree_factor = saved.tree_factor;
-    term.pulls = std::move(saved.pulls);
-    term.cost = saved.cost;
-    term.model_offset = saved.model_offset;
-    term.model_error = saved.model_error;
-    term.alive = saved.alive;
-  }
+  saved_.roll_back(mark.saved, [this](int t) -> TermState* { return &terms_[t]; });
   for (; added_.size() > mark.added; added_.pop_back()) take_out(added_.back());
   removed_.resize(mark.removed);
   numbers_.roll_back(mark.numbers);
-  ++epoch_;
-}
-
-void Terms::start_epoch() noexcept {
-  ++epoch_;
-  added_.clear();
-  removed_.clear();
-  saved_.clear();
 }
 
 std::size_t Terms::bytes() const {

@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "libhybrid/core/journal.h"
 #include "libhybrid/core/values.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/linear/bayes_tree.h"
@@ -20,17 +21,11 @@ inline double constant_of(const Component& component) {
   return component.constant + (component.factor ? component.factor->log_normalizer() : 0.0);
 }
 
-/// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen
-/// component.
-struct Term {
-  ContinuousFactorPtr continuous;  ///< null for a hybrid factor
-  HybridFactorPtr hybrid;          ///< null for a continuous factor
-  Handle handle;
-  std::vector<int> slots;  ///< of keys(), in the values
-  Component component;     ///< of a continuous factor: itself
-  double constant = 0.0;   ///< constant_of(component)
-  int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it, as weak ones are
-  int table = -1;          ///< of a hybrid factor: its number in the discrete half
+/// What changes of a term while it is in the graph.
+struct TermState {
+  Component component;    ///< of a continuous factor: itself
+  double constant = 0.0;  ///< constant_of(component)
+  int tree_factor = -1;   ///< number in the Bayes tree; -1 while left out of it, as weak ones are
   /// Of a weak component: for each of its variables a factor with its gradient, so that it pulls
   /// without tying variables together. Entered only when the smoother converges.
   std::vector<int> pulls;
@@ -40,8 +35,18 @@ struct Term {
   double model_offset = 0.0;
   double model_error = 0.0;  ///< by which its cost exceeds that of its linear model
   bool alive = false;
+};
+
+/// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen
+/// component.
+struct Term : TermState {
   bool holds = false;  ///< its variables in the map: it changes where the map moves
+  int table = -1;      ///< of a hybrid factor: its number in the discrete half
   unsigned saved = 0;  ///< epoch of Terms in which it was last saved
+  Handle handle;
+  ContinuousFactorPtr continuous;  ///< null for a hybrid factor
+  HybridFactorPtr hybrid;          ///< null for a continuous factor
+  std::vector<int> slots;          ///< of keys(), in the values
 
   void choose(const Component& chosen) {
     component = chosen;
@@ -100,8 +105,9 @@ class Terms {
   const Term& operator[](int t) const { return terms_[t]; }
   /// A term to be changed in its component, its place in the tree or its cost.
   Term& edit(int t) {
-    if (terms_[t].saved != epoch_) save(t);
-    return terms_[t];
+    Term& term = terms_[t];
+    saved_.save(t, term.saved, &term);
+    return term;
   }
   void prefetch(int t) const;
   int count() const { return static_cast<int>(terms_.size()); }
@@ -112,36 +118,17 @@ class Terms {
   struct Mark {
     std::size_t added = 0, removed = 0, saved = 0, numbers = 0;
   };
-  Mark mark() {
-    ++epoch_;
-    return {added_.size(), removed_.size(), saved_.size(), numbers_.mark()};
-  }
-  void roll_back() noexcept { roll_back({}); }
+  Mark mark() { return {added_.size(), removed_.size(), saved_.mark(), numbers_.mark()}; }
   void roll_back(const Mark& mark) noexcept;
 
  private:
-  struct Saved {
-    int t = 0;
-    Component component;
-    double constant = 0.0;
-    int tree_factor = -1;
-    std::vector<int> pulls;
-    double cost = 0.0;
-    double model_offset = 0.0;
-    double model_error = 0.0;
-    bool alive = false;
-  };
-
-  void save(int t);
   void take_out(int t);
-  void start_epoch() noexcept;
 
   std::vector<Term> terms_;
   FreeList numbers_;
   std::vector<std::vector<int>> adjacency_;
-  unsigned epoch_ = 1;
   std::vector<int> added_, removed_;
-  std::vector<Saved> saved_;
+  Journal<TermState> saved_;
 };
 
 }  // namespace hybrid

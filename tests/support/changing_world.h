@@ -111,7 +111,7 @@ class ChangingWorld {
 /// The whole state of a smoother as numbers.
 inline std::vector<double> state(const IncrementalSmoother& smoother) {
   std::vector<double> all = {smoother.objective(), smoother.constant(), smoother.cost(),
-                             smoother.tree().log_determinant(),
+                             smoother.tree().cliques().log_determinant(),
                              static_cast<double>(smoother.graph().size())};
   for (Key key : smoother.values().keys()) {
     const double* x = smoother.values().data(key);
@@ -127,7 +127,7 @@ inline std::vector<double> state(const IncrementalSmoother& smoother) {
   smoother.visit_covariances([&](Key, const Eigen::MatrixXd& covariance) {
     all.insert(all.end(), covariance.data(), covariance.data() + covariance.size());
   });
-  for (int v : smoother.tree().order()) all.push_back(v);
+  for (int v : smoother.tree().cliques().order()) all.push_back(v);
   return all;
 }
 

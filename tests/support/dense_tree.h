@@ -69,13 +69,14 @@ class Pair {
 
   /// Restores the state copied in `committed`, except for the random numbers.
   void roll_back(const Pair& committed) {
-    tree_.roll_back();
+    tree_.roll_back(mark_);
     dims_ = next_dims_ = committed.dims_;
     factors_ = next_factors_ = committed.factors_;
     gone_ = committed.gone_;
   }
   void commit() {
     tree_.commit();
+    mark_ = tree_.mark();
     gone_.clear();
   }
   void seed(std::uint64_t seed) { random_ = Random(seed); }
@@ -105,13 +106,16 @@ class Pair {
 
   /// The whole state of the tree as numbers: steps, factors, cliques and covariances.
   std::vector<double> state() const {
-    std::vector<double> all = {static_cast<double>(tree_.factor_size()),
-                               static_cast<double>(tree_.clique_count()), tree_.log_determinant()};
-    for (const auto& [v, dim] : dims_) all.insert(all.end(), tree_.delta(v), tree_.delta(v) + dim);
-    for (const auto& [f, factor] : factors_) all.push_back(tree_.linear_cost(f));
-    for (int v : tree_.order()) all.push_back(v);
-    for (const auto& [a, b] : tree_.blocks()) all.insert(all.end(), {double(a), double(b)});
-    tree_.visit_covariances([&](int, const Eigen::MatrixXd& covariance) {
+    std::vector<double> all = {static_cast<double>(tree_.cliques().factor_size()),
+                               static_cast<double>(tree_.cliques().count()),
+                               tree_.cliques().log_determinant()};
+    for (const auto& [v, dim] : dims_)
+      all.insert(all.end(), tree_.system().delta(v), tree_.system().delta(v) + dim);
+    for (const auto& [f, factor] : factors_) all.push_back(tree_.system().linear_cost(f));
+    for (int v : tree_.cliques().order()) all.push_back(v);
+    for (const auto& [a, b] : tree_.cliques().blocks())
+      all.insert(all.end(), {double(a), double(b)});
+    tree_.covariances().visit([&](int, const Eigen::MatrixXd& covariance) {
       all.insert(all.end(), covariance.data(), covariance.data() + covariance.size());
     });
     return all;
@@ -121,7 +125,7 @@ class Pair {
     const Dense d = dense(false);
     const Eigen::VectorXd x = -d.information.llt().solve(d.gradient);
     for (const auto& [v, dim] : dims_) {
-      const Eigen::Map<const Eigen::VectorXd> delta(tree_.delta(v), dim);
+      const Eigen::Map<const Eigen::VectorXd> delta(tree_.system().delta(v), dim);
       EXPECT_LT((delta - x.segment(d.first.at(v), dim)).norm(), tolerance) << "variable " << v;
     }
   }
@@ -131,7 +135,7 @@ class Pair {
     const Eigen::MatrixXd sigma = d.information.inverse();
     tolerance *= std::max(1.0, sigma.cwiseAbs().maxCoeff());
     std::size_t visited = 0;
-    tree_.visit_covariances([&](int v, const Eigen::MatrixXd& covariance) {
+    tree_.covariances().visit([&](int v, const Eigen::MatrixXd& covariance) {
       ++visited;
       const int at = d.first.at(v);
       const int dim = dims_.at(v);
@@ -141,7 +145,7 @@ class Pair {
     std::set<int> some;
     for (int k = 0; k < 4; ++k) some.insert(old_variable());
     const std::vector<int> chosen(some.rbegin(), some.rend());
-    const Eigen::MatrixXd joint = tree_.joint_covariance(chosen);
+    const Eigen::MatrixXd joint = tree_.covariances().joint(chosen);
     int row = 0;
     for (int a : chosen) {
       int column = 0;
@@ -203,7 +207,7 @@ class Pair {
     for (int v : factor.variables) columns += next_dims_.at(v);
     factor.a.resize(6, columns);
     for (int i = 0; i < factor.a.size(); ++i) factor.a.data()[i] = random_.normal();
-    ASSERT_EQ(tree_.hessian_order(f), columns);
+    ASSERT_EQ(tree_.system().factor(f).order, columns);
     const Eigen::MatrixXd h = factor.a.transpose() * factor.a;
     for (int j = 0; j < columns; ++j) {
       std::copy_n(h.col(j).data() + j, columns - j,
@@ -229,6 +233,7 @@ class Pair {
 
   Random random_;
   BayesTree tree_;
+  BayesTree::Mark mark_;  // of the last commit
   std::map<int, int> dims_, next_dims_;
   std::set<int> gone_;  // since the last commit
   std::map<int, Factor> factors_, next_factors_;

@@ -30,8 +30,8 @@ std::vector<double> own_information(int slot, const Values& values, const Linear
   for (int t : models.terms().of_variable(slot)) {
     const Term& term = models.terms()[t];
     if (term.tree_factor < 0) continue;
-    const double* h = models.tree().hessian_of(term.tree_factor);
-    const int order = models.tree().hessian_order(term.tree_factor);
+    const double* h = models.tree().system().hessian(term.tree_factor);
+    const int order = models.tree().system().factor(term.tree_factor).order;
     int row = 0;
     for (int other : active_slots(term)) {
       for (int i = row; other == slot && i < row + dim; ++i) {

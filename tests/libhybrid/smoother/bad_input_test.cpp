@@ -40,7 +40,7 @@ std::vector<double> snapshot(const IncrementalSmoother& smoother) {
                              double(smoother.graph().size()),
                              double(smoother.values().size()),
                              double(smoother.assignment().size()),
-                             double(smoother.tree().factor_size())};
+                             double(smoother.tree().cliques().factor_size())};
   const std::vector<Key> keys = smoother.values().keys();
   for (Key key : keys) {
     const double* x = smoother.values().data(key);

@@ -180,7 +180,7 @@ std::size_t fill(bool closures, int initial_value) {
     smoother.update(delta);
   }
   for (const auto& [key, value] : smoother.assignment()) EXPECT_EQ(value, 1) << key;
-  return smoother.tree().factor_size();
+  return smoother.tree().cliques().factor_size();
 }
 
 TEST(Faults, RejectedClosuresDoNotThickenTheTree) {

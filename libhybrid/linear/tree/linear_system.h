@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/core/journal.h"
+#include "libhybrid/linear/free_list.h"
+#include "libhybrid/linear/packed.h"
+#include "libhybrid/linear/pool.h"
+
+namespace HYBRID_API hybrid {
+
+/// What a Bayes tree solves: the factors of min ||J d + r||^2 as Hessians, the variables with their
+/// steps d, and the cliques of the tree that they touch.
+class LinearSystem {
+ public:
+  struct Factor {
+    std::vector<int> variables;
+    int order = 0;   ///< of the Hessian
+    int points = 0;  ///< numbers behind it
+    std::size_t hessian = 0;
+    int clique = -1;  ///< in which it is assembled
+    bool alive = false;
+    unsigned saved = 0;  ///< epoch in which its Hessian was last saved
+    std::size_t size() const { return packed_size(order) + points; }
+  };
+  /// What came or went since the last commit; from `pending` on it is not eliminated yet.
+  struct Changes {
+    std::vector<int> all;
+    std::size_t pending = 0;
+    auto begin() const { return all.begin() + static_cast<std::ptrdiff_t>(pending); }
+    auto end() const { return all.end(); }
+  };
+  enum Change { kNewVariables, kRemovedVariables, kNewFactors, kRemovedFactors, kChanges };
+
+  void add_variable(int v, int dim);
+  void remove_variable(int v) {
+    touch_variable(v);
+    changes_[kRemovedVariables].all.push_back(v);
+  }
+  int add_factor(const std::vector<int>& variables, int points);
+  void remove_factor(int f) {
+    touch_factor(f);
+    changes_[kRemovedFactors].all.push_back(f);
+    factors_[f].alive = false;
+  }
+  const Changes& changes(Change kind) const { return changes_[kind]; }
+  /// Cliques to be eliminated again.
+  const std::vector<int>& touched() const { return touched_; }
+  void touch(int clique) {
+    if (clique >= 0) touched_.push_back(clique);
+  }
+  void touch_variable(int v) { touch(variables_[v].clique); }
+  void touch_factor(int f) { touch(factors_[f].clique); }
+  /// Nothing is pending or touched any more.
+  void note_eliminated() {
+    for (Changes& changes : changes_) changes.pending = changes.all.size();
+    touched_.clear();
+  }
+
+  /// Variables have numbers below this.
+  int variable_count() const { return static_cast<int>(variables_.size()); }
+  int dim(int v) const { return variables_[v].dim; }
+  /// The clique that eliminates a variable; -1 if there is none yet.
+  int clique_of(int v) const { return variables_[v].clique; }
+  void set_clique(int v, int clique) { variables_[v].clique = clique; }
+  const double* delta(int v) const { return deltas_.at(variables_[v].delta); }
+  double* edit_delta(int v) {
+    Variable& variable = variables_[v];
+    double* delta = deltas_.at(variable.delta);
+    saved_deltas_.save(v, variable.saved, delta, variable.dim);
+    return delta;
+  }
+  /// Copies the steps of variables from one number to another of a list; returns the end.
+  double* copy_deltas(const std::vector<int>& list, std::size_t from, std::size_t to,
+                      double* out) const {
+    for (; from < to; ++from) out = std::copy_n(delta(list[from]), dim(list[from]), out);
+    return out;
+  }
+  /// Lists a variable, once, among those that a solution has moved.
+  void note_moved(int v) {
+    if (!variables_[v].moved) moved_.push_back(v);
+    variables_[v].moved = true;
+  }
+  std::vector<int> take_moved() noexcept {
+    for (int v : moved_) variables_[v].moved = false;
+    return std::exchange(moved_, {});
+  }
+
+  const Factor& factor(int f) const { return factors_[f]; }
+  void set_factor_clique(int f, int clique) { factors_[f].clique = clique; }
+  /// The augmented Hessian [J r]'[J r] of a factor, packed lower triangle, and the points behind.
+  const double* hessian(int f) const { return hessians_.at(factors_[f].hessian); }
+  /// The same for writing; touches the factor.
+  double* edit_hessian(int f) {
+    touch_factor(f);
+    Factor& factor = factors_[f];
+    double* h = hessians_.at(factor.hessian);
+    saved_hessians_.save(f, factor.saved, h, factor.size());
+    return h;
+  }
+  const double* points(int f) const { return hessian(f) + packed_size(factors_[f].order); }
+  double* points(int f) { return const_cast<double*>(std::as_const(*this).points(f)); }
+  /// Begins to load what linear_cost(f) needs.
+  void prefetch(int f) const;
+  /// Half the squared residual that the linear model of a factor predicts at the present steps.
+  double linear_cost(int f) const;
+  /// The same at given steps of its variables, one after the other.
+  double linear_cost(int f, const double* steps) const;
+
+  struct Mark {
+    std::array<std::size_t, kChanges> changes{};
+    std::size_t hessians = 0, deltas = 0, numbers = 0;
+  };
+  void commit() noexcept;
+  Mark mark() {
+    Mark mark;
+    for (int kind = 0; kind < kChanges; ++kind) mark.changes[kind] = changes_[kind].all.size();
+    mark.hessians = saved_hessians_.mark();
+    mark.deltas = saved_deltas_.mark();
+    mark.numbers = factor_numbers_.mark();
+    return mark;
+  }
+  void roll_back(const Mark& mark) noexcept;
+  std::size_t bytes() const;
+
+ private:
+  struct Variable {
+    int dim = 0;
+    int clique = -1;
+    unsigned saved = 0;  // epoch in which its step was last saved
+    bool moved = false;
+    std::size_t delta = 0;
+  };
+
+  std::vector<Variable> variables_;
+  std::vector<Factor> factors_;
+  FreeList factor_numbers_;
+  Pool hessians_, deltas_;
+  Journal<double> saved_hessians_, saved_deltas_;
+  std::array<Changes, kChanges> changes_;
+  std::vector<int> touched_, moved_;
+};
+
+}  // namespace hybrid
