@@ -12,6 +12,7 @@
 
 #include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/position.h"
@@ -29,6 +30,7 @@ constexpr double kShares = 1;              // s in which fixes share the variabl
 constexpr double kLeastTime = 1e-3;        // s, between two fixes
 constexpr double kFollows = 3;             // s in which fixes tell what their own error is
 constexpr std::size_t kDifferences = 512;  // of which the median counts
+constexpr std::size_t kFew = 10;           // differences, which tell nothing yet
 constexpr std::size_t kMostWaiting = 2000;
 
 /// -log of the density of a false fix; heights are false by a tenth of that.
@@ -93,7 +95,6 @@ ContinuousFactorPtr FixMapper::position_factor(const FixEntry& entry,
 }
 
 double FixMapper::own_sigma() const {
-  constexpr std::size_t kFew = 10;
   constexpr double kLeast = 1e-3;                 // m
   constexpr double kOfMedian = 1.4826 / M_SQRT2;  // sigma of each of two normal numbers
   if (differences_.size() < kFew) return model_.own_sigma;
@@ -107,6 +108,10 @@ FixModel FixMapper::model_of(const Fix& fix) const {
   model.gate = model_.gate;
   if (fix.sigma > 0) model.good_sigma = fix.sigma;
   if (!fix.receiver) model.own_sigma = own_sigma();
+  // A single error is no larger than the whole.
+  if (fix.sigma > 0 && differences_.size() < kFew) {
+    model.own_sigma = std::min(model.own_sigma, fix.sigma);
+  }
   return model;
 }
 
@@ -128,7 +133,24 @@ Contribution FixMapper::contribute(const KeyframeView* frame, const MapView& map
   return out;
 }
 
+/// Fixes of a log without odometry, with the path that they make.
+Contribution FixMapper::contribute_path(const MapView& map) {
+  const Values path = poses_at_fixes(fixes_, *T_datum_map_, map.is_3d);
+  Values values = map.values;
+  for (const Key key : path.keys()) {
+    std::copy_n(path.data(key), path.type(key).size, values.data(values.slot(key)));
+  }
+  const MapView placed{values,        map.assignment, map.landmarks, map.is_3d,
+                       map.keeps_all, map.explain,    map.holds};
+  Contribution out = contribute(nullptr, placed);
+  stands_ = false;
+  out.moved = path;
+  out.allowed_rise = kInfinity;
+  return out;
+}
+
 Contribution FixMapper::revise(const MapView& map, bool is_last) {
+  if (stands_) return contribute_path(map);
   Contribution out = contribute(nullptr, map);
   const std::size_t all = fixes_.size();
   if (!out.empty() || !T_datum_map_ || !model_.modes || !has_estimates_) return out;
@@ -160,8 +182,20 @@ void FixMapper::forget_waiting() {
   looked_ = state_.answered;
 }
 
-bool FixMapper::find_datum(const MapView& map) {
+/// The datum of a log without odometry.
+bool FixMapper::take_axes_of_datum() {
+  const auto used = std::find_if(fixes_.begin(), fixes_.end(),
+                                 [](const FixEntry& entry) { return entry.unused.empty(); });
+  if (used == fixes_.end()) return false;
+  const Eigen::Vector3d height(0, 0, used->fix.antenna.z());
+  T_datum_map_ = Eigen::Isometry3d(Eigen::Translation3d(used->fix.position - height));
+  stands_ = true;
+  return true;
+}
+
+bool FixMapper::find_datum(const MapView& map, bool stands) {
   const std::size_t all = fixes_.size();
+  if (stands && !T_datum_map_) return take_axes_of_datum();
   // Looking costs as much as there are fixes: so it is done when a tenth has been added.
   if (T_datum_map_ || all < 3 || 10 * all < 11 * looked_) return false;
   looked_ = all;
@@ -295,7 +329,7 @@ void FixMapper::add(FixEntry& entry, const KeyframeView* frame, const MapView& m
     return;
   }
   const Decision decision = decide(entry, place, map);
-  if (!decision.is_false) measure_own(place, entry);
+  if (!decision.is_false && !stands_) measure_own(place, entry);
   const bool begins =
       !decision.is_false && (!goes_on(decision.mode) || decision.since_begin >= kShares);
   if (!place.error || begins) begin_error(entry, decision, place, out);

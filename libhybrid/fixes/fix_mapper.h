@@ -46,7 +46,9 @@ class FixMapper {
   Contribution revise(const MapView& map, bool is_last = false);
   /// Looks for the datum; true if it is found now: then the first pose of the map is to be set
   /// free.
-  bool find_datum(const MapView& map);
+  /// `stands`: the log has ended and had no odometry. Then the axes of the map are those of the
+  /// datum, and the path begins as the fixes have it.
+  bool find_datum(const MapView& map, bool stands = false);
   /// The datum of a known map, before the first fix.
   void set_datum(const Eigen::Isometry3d& T_datum_map) { T_datum_map_ = T_datum_map; }
   void refused();
@@ -98,12 +100,15 @@ class FixMapper {
   FixModel model_of(const Fix& fix) const;
 
   Contribution contribute(const KeyframeView* frame, const MapView& map);
+  Contribution contribute_path(const MapView& map);
+  bool take_axes_of_datum();
 
   FixModel model_;
   std::optional<Eigen::Isometry3d> T_datum_map_;
   std::uint64_t falsities_ = 0;  // variables so far, of refused contributions too
   std::size_t looked_ = 0;       // fixes there were when a datum was looked for last
   std::size_t shifted_ = 0;      // the same for another place of the map
+  bool stands_ = false;          // the path is to be placed by the fixes
   std::vector<FixEntry> fixes_;
   State state_, before_;
   std::vector<double> differences_;  // of fixes that follow each other [m], one axis each

@@ -3,6 +3,7 @@
 
 #include "libhybrid/fixes/map_shift.h"
 
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -75,7 +76,53 @@ Values shifted(const Eigen::Vector3d& shift, const MapView& map) {
   return out;
 }
 
+/// The direction from one point of the plane to another; nothing where they are too near.
+std::optional<double> direction(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                double least) {
+  const Eigen::Vector2d way = (to - from).head<2>();
+  if (way.norm() < least) return std::nullopt;
+  return std::atan2(way.y(), way.x());
+}
+
+/// The heading of a robot by the fixes of a keyframe, from `first` on.
+std::optional<double> heading_of(const std::vector<FixEntry>& fixes, std::size_t first,
+                                 const Eigen::Isometry3d& T_datum_map) {
+  constexpr double kApart = 0.1, kWay = 2;  // m
+  const FixEntry& here = fixes[first];
+  const auto place = [&](const FixEntry& e) -> Eigen::Vector3d {
+    return T_datum_map.inverse() * e.fix.position;
+  };
+  for (std::size_t i = first + 1; i < fixes.size(); ++i) {
+    const FixEntry& there = fixes[i];
+    if (there.robot != here.robot) continue;
+    const auto turned = direction(place(here), place(there), kApart);
+    const auto own = direction(here.fix.lever_arm(), there.fix.lever_arm(), kApart);
+    if (there.pose == here.pose) {
+      if (turned && own) return *turned - *own;
+    } else if (const auto ahead = direction(place(here), place(there), kWay)) {
+      return ahead;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
+
+Values poses_at_fixes(const std::vector<FixEntry>& fixes, const Eigen::Isometry3d& T_datum_map,
+                      bool is_3d) {
+  Values out;
+  double heading = 0;
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const FixEntry& entry = fixes[i];
+    if (!entry.unused.empty() || out.contains(entry.pose)) continue;
+    heading = heading_of(fixes, i, T_datum_map).value_or(heading);
+    Eigen::Isometry3d T(Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()));
+    T.translation() =
+        T_datum_map.inverse() * entry.fix.position - T.linear() * entry.fix.lever_arm();
+    insert_pose(out, entry.pose, T, is_3d);
+  }
+  return out;
+}
 
 std::optional<Values> shift_by_bias(const std::vector<FixEntry>& fixes, const MapView& map) {
   Runs runs;

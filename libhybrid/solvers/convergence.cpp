@@ -45,6 +45,33 @@ bool is_settled(Problem& problem, const Problem::State& state, SolverReport& rep
   return at_start || !report.under_constrained.empty();
 }
 
+SolverStatus status_without_decrease(Problem& problem, const Problem::State& state, double cost) {
+  constexpr double kProbe = 1e-4;      // standard deviations
+  constexpr double kRounding = 1e-14;  // of the cost
+  constexpr double kAgrees = 0.1;
+  const NormalEquations& system = problem.system();
+  const std::vector<double>& g = system.gradient();
+  std::vector<double> step(g.size());
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    step[i] = g[i] == 0.0 ? 0.0 : -g[i] / system.diagonal()[i];
+  }
+  const double norm = step_norm(system, step);
+  if (!(norm > 0.0)) return SolverStatus::kConverged;
+  double slope = 0.0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    step[i] *= kProbe / norm;
+    slope += step[i] * g[i];
+  }
+  Problem::State there;
+  problem.retract(state, step.data(), there);
+  double change = problem.cost(there);
+  for (double& x : step) x = -x;
+  problem.retract(state, step.data(), there);
+  change = 0.5 * (change - problem.cost(there));
+  const double most = kAgrees * std::abs(slope) + kRounding * cost;
+  return std::abs(change - slope) <= most ? SolverStatus::kConverged : SolverStatus::kStalled;
+}
+
 void finish_report(SolverStatus status, SolverReport& report) {
   report.status = status;
   if (status != SolverStatus::kNotFinite && !report.under_constrained.empty()) {

@@ -63,7 +63,9 @@ class Dogleg {
         problem_.assemble();
       } else {
         radius_ = 0.25 * std::min(radius_, length(step_));
-        if (radius_ < kSmallestRadius * scale_) return finish(SolverStatus::kStalled);
+        if (radius_ < kSmallestRadius * scale_) {
+          return finish(status_without_decrease(problem_, state_, cost));
+        }
       }
     }
     return finish(SolverStatus::kIterationLimit);

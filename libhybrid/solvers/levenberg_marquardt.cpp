@@ -78,7 +78,7 @@ class LevenbergMarquardt {
       if (gradient <= options_.gradient && settled()) return finish(SolverStatus::kConverged);
       if (report_.iterations >= options_.max_iterations) break;
       if (!compute_step()) {
-        if (damping_.exhausted()) return finish(SolverStatus::kStalled);
+        if (damping_.exhausted()) return finish(status_without_decrease(problem_, state_, cost));
         continue;
       }
       const double predicted = predicted_decrease();
@@ -100,7 +100,7 @@ class LevenbergMarquardt {
         if (accepted) problem_.assemble();
         adapt(decrease, predicted, little);
       }
-      if (damping_.exhausted()) return finish(SolverStatus::kStalled);
+      if (damping_.exhausted()) return finish(status_without_decrease(problem_, state_, cost));
     }
     return finish(SolverStatus::kIterationLimit);
   }

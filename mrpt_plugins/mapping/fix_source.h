@@ -26,7 +26,8 @@ class FixSource {
   virtual void adopt(const MapDatum& datum) = 0;
   /// Asked after each keyframe: true once, when that has become known. Then the first pose of the
   /// map is set free, and fixes that have waited are added by MappingPlugin::revise.
-  virtual bool find_datum(const MapView& map) = 0;
+  /// `stands`: the log has ended, and had neither odometry nor scans that tell a motion.
+  virtual bool find_datum(const MapView& map, bool stands) = 0;
 };
 
 /// The plugin that maps fixes; null where none does.

@@ -132,6 +132,7 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
     // Any later scan may match what this one saw; and errors of fixes tie all keyframes together.
     backend_->hold(pose_key(steps_.size()));
   }
+  has_motion_ = has_motion_ || keyframe.odometry;
   robot().last_mode = motion.mode;
   robot().T_odometry_robot = motion.T_odometry_robot;
   robot().poses.push_back(steps_.size());
@@ -280,7 +281,7 @@ FixSource* Mapper::fix_source() const {
 }
 
 BackendReport Mapper::finish() {
-  look_for_datum();
+  look_for_datum(true);
   BackendReport work = revise(true);
   add_work(work, solve(&Backend::finish));
   return work;

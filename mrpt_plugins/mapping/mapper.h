@@ -169,7 +169,7 @@ class Mapper {
             std::array<std::size_t, 3>& first);
   void note_start(const Delta& motion, const BackendReport& report);
   FixSource* fix_source() const;
-  void look_for_datum();
+  void look_for_datum(bool is_last = false);
   void set_start(Robot& robot, const KnownStart& start);
   void count(const BackendReport& report);
   void count_work(const BackendReport& report);
@@ -195,6 +195,7 @@ class Mapper {
   Trajectory dead_reckoning_;
   std::vector<std::size_t> log_rows_;
   bool may_find_datum_ = true;
+  bool has_motion_ = false;  // of odometry or scans
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
   std::size_t row_ = 0;       // of the log, of the newest keyframe
   std::size_t refusals_ = 0;  // contributions refused so far

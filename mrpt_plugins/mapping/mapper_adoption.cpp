@@ -72,12 +72,12 @@ void Mapper::note_start(const Delta& motion, const BackendReport& report) {
 
 /// Once the axes of a datum are those of the map, its first poses are where the fixes say: all that
 /// is known of them besides is that they are about level.
-void Mapper::look_for_datum() {
+void Mapper::look_for_datum(bool is_last) {
   if (!may_find_datum_) return;
   FixSource* source = fix_source();
   const bool is_known = robots_.front().options.motion.start.has_value();
   may_find_datum_ = source != nullptr && !source->datum() && !is_known;
-  if (!may_find_datum_ || !source->find_datum(view())) return;
+  if (!may_find_datum_ || !source->find_datum(view(), is_last && !has_motion_)) return;
   for (std::size_t i = 0; i < robots_.size(); ++i) {
     Robot& robot = robots_[i];
     KnownStart wide;

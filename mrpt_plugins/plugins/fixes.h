@@ -31,7 +31,9 @@ class Fixes : public MappingPlugin, public FixSource {
   const FixMapper& fix_mapper() const override { return mapper_; }
   std::optional<MapDatum> datum() const override;
   void adopt(const MapDatum& datum) override;
-  bool find_datum(const MapView& map) override { return mapper_.find_datum(map); }
+  bool find_datum(const MapView& map, bool stands) override {
+    return mapper_.find_datum(map, stands);
+  }
 
  private:
   FixMapper mapper_;

@@ -211,6 +211,17 @@ TEST_F(FixesInMaps, MapsThatShareNothingAreJoinedByTheirPlacesOnEarth) {
   EXPECT_NEAR(std::stod(ran.text.substr(at_place + 4)), 300, 1) << ran.text;
 }
 
+TEST_F(FixOutputs, ALogWithoutOdometryIsMappedByItsFixes) {
+  // Two antennas with fixes to centimetres, and a third receiver that is 150 m off.
+  const auto summary = summary_of("/usr/share/mrpt/datasets/test_rtk_path.rawlog");
+  EXPECT_EQ(summary["status"], "ok") << summary["message"];
+  EXPECT_EQ(summary["fixes"]["used"], summary["fixes"]["count"]) << summary["dropped"];
+  EXPECT_GE(summary["fixes"]["good"], 0.5 * summary["fixes"]["count"].get<double>());
+  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+  const auto& path = globe["features"][0]["geometry"]["coordinates"];
+  ASSERT_GT(path.size(), 100U);
+}
+
 TEST_F(FixOutputs, LocalAxesAreNotOnEarth) {
   import(false);
   EXPECT_TRUE(warns(replayed(), "not on earth"));

@@ -25,6 +25,11 @@ double step_norm(const NormalEquations& system, const std::vector<double>& step)
 /// solve that ends at its start checks here for the first time, and may end.
 bool is_settled(Problem& problem, const Problem::State& state, SolverReport& report);
 
+/// What a solve has come to that finds no step which lowers the cost: the end, where the cost
+/// changes along the gradient as that says, to rounding; else a Jacobian is wrong. The gradient is
+/// that of the state.
+SolverStatus status_without_decrease(Problem& problem, const Problem::State& state, double cost);
+
 /// Sets status and message; a solve that met a singular system is under-constrained, however it
 /// ended.
 void finish_report(SolverStatus status, SolverReport& report);

@@ -15,6 +15,8 @@
 #include "libhybrid/fixes/biased_position.h"
 #include "libhybrid/fixes/datum_alignment.h"
 #include "libhybrid/fixes/fix_mapper.h"
+#include "libhybrid/fixes/map_shift.h"
+#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/smoother/window.h"
 
 namespace hybrid {
@@ -187,6 +189,27 @@ class Drive {
   Handle origin_;
   int steps_ = 0;
 };
+
+TEST(PosesAtFixes, TwoAntennasTellTheHeading) {
+  const SE2 T_datum_map(100, 50, 0);
+  std::vector<FixEntry> fixes;
+  std::vector<SE2> truth;
+  for (int i = 0; i < 20; ++i) {
+    truth.emplace_back(2 * i, 0.1 * i * i, 2.5 + 0.05 * i);
+    for (const Eigen::Vector2d& antenna : {Eigen::Vector2d(0.5, 0.6), Eigen::Vector2d(0.5, -0.6)}) {
+      FixEntry entry;
+      entry.pose = Key(key_letter::kPose, static_cast<std::uint64_t>(i));
+      entry.fix.antenna << antenna, 1;
+      entry.fix.position << T_datum_map * (truth.back() * antenna), 1;
+      fixes.push_back(entry);
+    }
+  }
+  const Values poses = poses_at_fixes(fixes, to_isometry(T_datum_map), false);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const SE2 pose = poses.at<SE2>(Key(key_letter::kPose, i));
+    EXPECT_LT(truth[i].between(pose).log().norm(), 1e-9) << i;
+  }
+}
 
 TEST(FixMapper, RunsOfBiasedFixesAndFalseOnesAreFound) {
   Drive drive(1);

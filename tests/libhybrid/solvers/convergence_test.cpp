@@ -8,6 +8,8 @@
 
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/position.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/solvers/alternating.h"
 #include "libhybrid/solvers/dogleg.h"
@@ -141,6 +143,35 @@ TEST_P(Convergence, IsNotClaimedWhereNoStepLowersTheCost) {
   Estimate initial;
   initial.values.insert(Key('x', 0), Vector2d(0.0, 0.0));
   EXPECT_EQ(solve(graph, initial).report.status, SolverStatus::kStalled);
+}
+
+/// A chain of poses in a circle, a third of whose positions are measured, some hundreds of metres
+/// off.
+TEST_P(Convergence, IsClaimedWhereContradictionsLeaveNothingToGain) {
+  for (int seed = 1; seed <= 10; ++seed) {
+    testing::Random random(seed);
+    HybridGraph graph;
+    Estimate initial;
+    SE2 truth;
+    for (int i = 0; i < 60; ++i) {
+      initial.values.insert(pose(i), truth);
+      const SE2 motion(1, 0, 0.1);
+      if (i > 0) {
+        graph.emplace<BetweenSE2>(pose(i - 1), pose(i), motion,
+                                  Noise::diagonal(Vector3d(0.02, 0.02, 0.002)));
+      }
+      if (i % 3 == 0) {
+        const Vector2d off = i % 9 == 0 ? Vector2d(random.vector<2>(300)) : Vector2d::Zero();
+        graph.emplace<Position<SE2>>(pose(i), Vector2d(truth.translation() + off),
+                                     Noise::isotropic(2, 0.3));
+      }
+      truth = truth * motion;
+    }
+    SolverOptions options;
+    options.max_iterations = 1000;
+    const SolverReport report = solve(graph, initial, options).report;
+    EXPECT_EQ(report.status, SolverStatus::kConverged) << "seed " << seed << ": " << report.message;
+  }
 }
 
 // A landmark started at the sensor that saw it, as by a plugin that knows no better.
