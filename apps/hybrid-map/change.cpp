@@ -39,13 +39,12 @@ MapRecord whole_map(const std::string& file) {
 
 /// Joins two maps by their places on earth, if fixes have told both.
 std::optional<JoinedMaps> joined_by_fixes(const MapRecord& first, const MapRecord& second) {
-  if (!first.origin || !second.origin) return std::nullopt;
-  if (!first.origin->by_fixes || !second.origin->by_fixes) return std::nullopt;
-  refuse_to_join(first, second);
+  const auto T = motion_by_fixes(first.origin, second.origin, first.is_3d);
+  if (!T) return std::nullopt;
   const int size = first.is_3d ? 6 : 3;
   // What is not known of their places is part of what the maps know of their landmarks.
   const Eigen::MatrixXd exact = kExact * kExact * Eigen::MatrixXd::Identity(size, size);
-  return join_maps_at(first, second, motion_between(*first.origin, *second.origin), exact);
+  return join_maps_at(first, second, *T, exact);
 }
 
 /// Joins two maps by landmarks that both have, else by laser scans, else by fixes; `why` tells why

@@ -3,13 +3,13 @@
 #include "libhybrid/discrete/discrete_tree.h"
 
 #include <algorithm>
-#include <limits>
+
+#include "libhybrid/core/infinity.h"
 
 namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostCosts = 4096;  // of a message with the variable that sends it
-constexpr double kImpossible = std::numeric_limits<double>::infinity();
 
 /// Adds costs over some variables of a scope.
 void add_costs(const std::vector<DiscreteKey>& scope, std::vector<double>& sum,
@@ -214,7 +214,7 @@ std::map<Key, int> DiscreteTree::descend(const std::vector<Key>& made,
     const Node& node = nodes_.at(key);
     const auto costs = costs_given(node, value_of);
     const auto best = std::min_element(costs, costs + node.scope.back().cardinality);
-    if (key == made.front() && *best == kImpossible) return {};
+    if (key == made.front() && *best == kInfinity) return {};
     if (*best < costs[incumbent.at(key)]) changed[key] = static_cast<int>(best - costs);
     for (const Key child : node.children) {
       const Node& below = nodes_.at(child);

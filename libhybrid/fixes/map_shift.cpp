@@ -3,6 +3,7 @@
 
 #include "libhybrid/fixes/map_shift.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -88,11 +89,13 @@ std::optional<double> direction(const Eigen::Vector3d& from, const Eigen::Vector
 std::optional<double> heading_of(const std::vector<FixEntry>& fixes, std::size_t first,
                                  const Eigen::Isometry3d& T_datum_map) {
   constexpr double kApart = 0.1, kWay = 2;  // m
+  constexpr std::size_t kAhead = 1000;      // fixes that are looked at: a robot may stand for hours
   const FixEntry& here = fixes[first];
   const auto place = [&](const FixEntry& e) -> Eigen::Vector3d {
     return T_datum_map.inverse() * e.fix.position;
   };
-  for (std::size_t i = first + 1; i < fixes.size(); ++i) {
+  const std::size_t end = std::min(fixes.size(), first + kAhead);
+  for (std::size_t i = first + 1; i < end; ++i) {
     const FixEntry& there = fixes[i];
     if (there.robot != here.robot) continue;
     const auto turned = direction(place(here), place(there), kApart);

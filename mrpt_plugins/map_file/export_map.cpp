@@ -13,6 +13,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/discrete/probabilities.h"
+#include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/map_file/stored_views.h"
@@ -163,10 +164,15 @@ MapDatum datum_of(const MapOrigin& origin) {
   return out;
 }
 
-Eigen::Isometry3d motion_between(const MapOrigin& first, const MapOrigin& second) {
-  const MapDatum from = datum_of(first), to = datum_of(second);
-  return from.T_datum_map.inverse() * LocalFrame(to.origin).pose_in(LocalFrame(from.origin)) *
-         to.T_datum_map;
+std::optional<Eigen::Isometry3d> motion_by_fixes(const std::optional<MapOrigin>& first,
+                                                 const std::optional<MapOrigin>& second,
+                                                 bool is_3d) {
+  if (!first || !second || !first->by_fixes || !second->by_fixes) return std::nullopt;
+  const MapDatum from = datum_of(*first), to = datum_of(*second);
+  const Eigen::Isometry3d T = from.T_datum_map.inverse() *
+                              LocalFrame(to.origin).pose_in(LocalFrame(from.origin)) *
+                              to.T_datum_map;
+  return is_3d ? T : to_isometry(to_se2(T));
 }
 
 std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,11 @@ MapOrigin origin_of(const MapDatum& datum);
 /// The reverse.
 MapDatum datum_of(const MapOrigin& origin);
 
-/// Where the second map is in the first.
-Eigen::Isometry3d motion_between(const MapOrigin& first, const MapOrigin& second);
+/// Where the second of two maps is in the first, in the plane unless they are in space; nothing
+/// unless fixes have told the places of both.
+std::optional<Eigen::Isometry3d> motion_by_fixes(const std::optional<MapOrigin>& first,
+                                                 const std::optional<MapOrigin>& second,
+                                                 bool is_3d);
 
 /// The keyframes of one robot in one session.
 struct MapWay {

@@ -107,15 +107,14 @@ class OwnMap {
 /// What fixes say, once they tell where the own map is on earth, if others have told that of the
 /// known map.
 std::optional<KnownStart> start_by_fixes(const OwnMap& own, const MapRecord& map) {
-  if (!map.origin || !map.origin->by_fixes) return std::nullopt;
   const FixSource* source = fix_source_of(own.plugins());
   const std::optional<MapDatum> datum = source != nullptr ? source->datum() : std::nullopt;
   if (!datum || !datum->is_on_earth) return std::nullopt;
+  const auto T = motion_by_fixes(map.origin, origin_of(*datum), map.is_3d);
+  if (!T) return std::nullopt;
   const Backend& backend = own.mapper().backend();
   const Key first(key_letter::kPose, 0);
-  const Eigen::Isometry3d T =
-      motion_between(*map.origin, origin_of(*datum)) * isometry_at(backend.values(), first);
-  return KnownStart{map.is_3d ? T : to_isometry(to_se2(T)), backend.joint_covariance({first})};
+  return KnownStart{*T * isometry_at(backend.values(), first), backend.joint_covariance({first})};
 }
 
 }  // namespace

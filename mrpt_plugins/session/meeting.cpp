@@ -8,7 +8,6 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/detections/sighting.h"
-#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/join_maps.h"
 #include "mrpt_plugins/bridge/about_file.h"
@@ -90,7 +89,8 @@ Meeting::OwnMap Meeting::map_alone(std::size_t robot) const {
   });
 }
 
-/// By landmarks that its map has in common with those of others, which then are one map.
+/// Notes the place on earth of the map that a robot makes alone, and how well its start is known
+/// there.
 void Meeting::set_origin(const MapDatum& datum, const Mapper& mapper, OwnMap& out) {
   const Key first(key_letter::kPose, 0);
   const auto covariances = mapper.backend().uncertainty({first}, {}).covariances;
@@ -100,6 +100,7 @@ void Meeting::set_origin(const MapDatum& datum, const Mapper& mapper, OwnMap& ou
   out.covariance = known->second;
 }
 
+/// By landmarks that its map has in common with those of others, which then are one map.
 std::optional<KnownStart> Meeting::by_landmarks(std::size_t i) {
   const MapRecord& map = own(i).map;
   for (Part& part : parts_) {
@@ -127,20 +128,20 @@ std::optional<KnownStart> Meeting::by_sightings(std::size_t i) {
   return KnownStart{aligned->T_first_second, aligned->covariance};
 }
 
-/// Where a robot saw another in its own map, and where that was in its own then.
 /// By the places on earth of the maps.
 std::optional<KnownStart> Meeting::by_fixes(std::size_t i) {
   const OwnMap& alone = own(i);
   for (const Part& part : parts_) {
-    if (!alone.map.origin || !part.map.origin || !part.map.origin->by_fixes) continue;
-    const Eigen::Isometry3d T =
-        part.T_joint_part * motion_between(*part.map.origin, *alone.map.origin);
-    parts_.push_back({alone.map, alone.map.is_3d ? T : to_isometry(to_se2(T))});
-    return KnownStart{parts_.back().T_joint_part, alone.covariance};
+    const auto T = motion_by_fixes(part.map.origin, alone.map.origin, alone.map.is_3d);
+    if (!T) continue;
+    const Eigen::Isometry3d T_joint_own = part.T_joint_part * *T;
+    parts_.push_back({alone.map, T_joint_own});
+    return KnownStart{T_joint_own, alone.covariance};
   }
   return std::nullopt;
 }
 
+/// Where a robot saw another in its own map, and where that was in its own then.
 std::vector<CommonPoint> Meeting::sightings(std::size_t observer, std::size_t other) {
   const OwnMap& sees = own(observer);
   const OwnMap& seen = own(other);

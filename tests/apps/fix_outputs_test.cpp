@@ -121,6 +121,19 @@ class FixesInMaps : public FixOutputs {
                 at("fixes.csv") + " --detections " + at("detections.csv") + " -o " + at(name));
     ASSERT_EQ(ran.code, 0) << ran.text;
   }
+  /// Expects a path to each of these latitudes and longitudes, within a metre, and no other.
+  void expect_paths_to(const std::vector<std::pair<double, double>>& ends) const {
+    const auto globe = nlohmann::json::parse(read("out/map.geojson"));
+    std::size_t path = 0;
+    for (const auto& feature : globe["features"]) {
+      if (feature["geometry"]["type"] != "LineString") continue;
+      ASSERT_LT(path, ends.size());
+      EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], ends[path].first, 1e-5);
+      EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], ends[path].second, 1e-5);
+      ++path;
+    }
+    EXPECT_EQ(path, ends.size());
+  }
 };
 
 TEST_F(FixesInMaps, AKnownMapIsWhereItsFixesSay) {
@@ -133,13 +146,7 @@ TEST_F(FixesInMaps, AKnownMapIsWhereItsFixesSay) {
   EXPECT_EQ(read("a.hmap"), before);
   const auto extended = summary_of(at("b.rawlog") + " --map " + at("a.hmap"));
   EXPECT_EQ(extended["fixes"]["used"], extended["fixes"]["count"]) << extended["dropped"];
-  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
-  const auto [latitude, longitude] = place(5, 240);
-  for (const auto& feature : globe["features"]) {
-    if (feature["geometry"]["type"] != "LineString") continue;
-    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], longitude, 1e-5);
-    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], latitude, 1e-5);
-  }
+  expect_paths_to({place(5, 240)});
 }
 
 TEST_F(FixesInMaps, ADriveElsewhereIsFoundByItsFixes) {
@@ -150,16 +157,7 @@ TEST_F(FixesInMaps, ADriveElsewhereIsFoundByItsFixes) {
   EXPECT_EQ(second["status"], "ok");
   EXPECT_GT(second["landmarks"], first["landmarks"]);
   EXPECT_EQ(second["fixes"]["used"], second["fixes"]["count"]) << second["dropped"];
-  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
-  const auto [latitude, longitude] = place(5, 420);
-  bool seen = false;
-  for (const auto& feature : globe["features"]) {
-    if (feature["geometry"]["type"] != "LineString") continue;
-    seen = true;
-    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], longitude, 1e-5);
-    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], latitude, 1e-5);
-  }
-  EXPECT_TRUE(seen);
+  expect_paths_to({place(5, 420)});
 }
 
 TEST_F(FixesInMaps, RobotsThatDoNotMeetAreInOneMapByTheirFixes) {
@@ -173,17 +171,7 @@ TEST_F(FixesInMaps, RobotsThatDoNotMeetAreInOneMapByTheirFixes) {
   EXPECT_EQ(summary["status"], "ok") << summary["message"];
   EXPECT_EQ(summary["robots"].size(), 2);
   EXPECT_EQ(summary["fixes"]["used"], summary["fixes"]["count"]) << summary["dropped"];
-  const auto globe = nlohmann::json::parse(read("out/map.geojson"));
-  const std::vector<std::pair<double, double>> ends = {place(5, 120), place(5, 420)};
-  std::size_t path = 0;
-  for (const auto& feature : globe["features"]) {
-    if (feature["geometry"]["type"] != "LineString") continue;
-    ASSERT_LT(path, ends.size());
-    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1], ends[path].first, 1e-5);
-    EXPECT_NEAR(feature["geometry"]["coordinates"].back()[0], ends[path].second, 1e-5);
-    ++path;
-  }
-  EXPECT_EQ(path, ends.size());
+  expect_paths_to({place(5, 120), place(5, 420)});
 }
 
 TEST_F(FixesInMaps, APlaceThatIsGivenByHandIsNotExactEnough) {

@@ -155,16 +155,23 @@ TEST(DiscreteHalf, WhatIsTooWideForMessagesIsSolvedWholly) {
 
 INSTANTIATE_TEST_SUITE_P(Couplings, RandomGraphs, ::testing::Values(0.5, 3.0, 20.0));
 
+/// Adds variable i of a chain of two values each, with the cost of the second one, and those of
+/// being equal to the variable before and not.
+void extend_chain(Checked& graph, int i, double second, double equal, double other) {
+  const auto variable = [](int k) {
+    return DiscreteKey{Key('m', static_cast<std::uint64_t>(k)), 2};
+  };
+  graph.add({variable(i)}, Table({variable(i)}, {0.0, second}));
+  if (i == 0) return;
+  const std::vector<DiscreteKey> both = {variable(i - 1), variable(i)};
+  graph.add(both, Table(both, {equal, other, other, equal}));
+}
+
 TEST(DiscreteHalf, WorkOfAStepDoesNotGrowWithAChainWhoseValuesAreClear) {
   Random random(3);
   Checked graph;
   for (int i = 0; i < 5000; ++i) {
-    const DiscreteKey key{Key('m', static_cast<std::uint64_t>(i)), 2};
-    graph.add({key}, Table({key}, {0.0, random.uniform(-6.0, 12.0)}));
-    if (i > 0) {
-      const DiscreteKey last{Key('m', static_cast<std::uint64_t>(i - 1)), 2};
-      graph.add({last, key}, Table({last, key}, {0.05, 3.0, 3.0, 0.05}));
-    }
+    extend_chain(graph, i, random.uniform(-6.0, 12.0), 0.05, 3.0);
     EXPECT_LT(graph.solve().variables, 150) << "step " << i;
   }
   graph.expect_least();
@@ -173,11 +180,7 @@ TEST(DiscreteHalf, WorkOfAStepDoesNotGrowWithAChainWhoseValuesAreClear) {
 TEST(DiscreteHalf, AnUndecidedChainIsSolvedAsFarAsItGoes) {
   Checked graph;
   for (int i = 0; i < 300; ++i) {
-    const DiscreteKey key{Key('m', static_cast<std::uint64_t>(i)), 2};
-    graph.add({key}, Table({key}, {0.0, 0.0}));
-    if (i == 0) continue;
-    const DiscreteKey last{Key('m', static_cast<std::uint64_t>(i - 1)), 2};
-    graph.add({last, key}, Table({last, key}, {0.0, 3.0, 3.0, 0.0}));
+    extend_chain(graph, i, 0.0, 0.0, 3.0);
   }
   graph.solve();
   // One value at the end is told, and all the others follow.
@@ -192,11 +195,7 @@ TEST(DiscreteHalf, WhatIsImpossibleAtPresentBoundsNothing) {
   Checked graph;
   // A chain in which a value reaches only its equal: all of it follows the one that is told.
   for (int i = 0; i < 100; ++i) {
-    const DiscreteKey key{Key('m', static_cast<std::uint64_t>(i)), 2};
-    graph.add({key}, Table({key}, {0.0, 0.001}));
-    if (i == 0) continue;
-    const DiscreteKey last{Key('m', static_cast<std::uint64_t>(i - 1)), 2};
-    graph.add({last, key}, Table({last, key}, {0.0, never, never, 0.0}));
+    extend_chain(graph, i, 0.001, 0.0, never);
   }
   graph.solve();
   const DiscreteKey middle{Key('m', 50), 2};
