@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <string>
 
 #include "libhybrid/geometry/eigen.h"
 
@@ -14,8 +15,9 @@ struct FixModel;
 
 /// A measured position of an antenna on the robot, as satellite receivers give it.
 struct Fix {
-  double time = 0;   ///< [s]
-  double delay = 0;  ///< by which that is late [s]
+  std::string sensor;  ///< label of the receiver: a robot may have several
+  double time = 0;     ///< [s]
+  double delay = 0;    ///< by which that is late [s]
   /// East, north, up of a datum [m].
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   double sigma = 0;     ///< of each horizontal axis, as stated [m]; 0: not stated

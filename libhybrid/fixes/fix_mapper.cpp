@@ -33,12 +33,6 @@ constexpr std::size_t kDifferences = 512;  // of which the median counts
 constexpr std::size_t kFew = 10;           // differences, which tell nothing yet
 constexpr std::size_t kMostWaiting = 2000;
 
-/// -log of the density of a false fix; heights are false by a tenth of that.
-double false_cost(const FixModel& model, int size) {
-  const double height = size == 3 ? std::log(model.false_reach / 10) : 0;
-  return -std::log(model.false_share) + 2 * std::log(model.false_reach) + height;
-}
-
 /// -log of a Gaussian density.
 double gaussian_cost(const Eigen::VectorXd& v, const Eigen::MatrixXd& S) {
   const Eigen::LLT<Eigen::MatrixXd> llt(S);
@@ -94,24 +88,34 @@ ContinuousFactorPtr FixMapper::position_factor(const FixEntry& entry,
                : factor_of<SE2>(entry, measured, error, sigma, loss);
 }
 
-double FixMapper::own_sigma() const {
+double FixMapper::own_sigma(const ReceiverId& id) const {
   constexpr double kLeast = 1e-3;                 // m
   constexpr double kOfMedian = 1.4826 / M_SQRT2;  // sigma of each of two normal numbers
-  if (differences_.size() < kFew) return model_.own_sigma;
-  return std::max(kLeast, kOfMedian * median(differences_));
+  const auto found = receivers_.find(id);
+  if (found == receivers_.end() || found->second.differences.size() < kFew) {
+    return model_.own_sigma;
+  }
+  return std::max(kLeast, kOfMedian * median(found->second.differences));
 }
 
-FixModel FixMapper::model_of(const Fix& fix) const {
+double FixMapper::own_sigma() const {
+  std::vector<double> sigmas;
+  for (const auto& [id, receiver] : receivers_) sigmas.push_back(own_sigma(id));
+  return sigmas.empty() ? model_.own_sigma : median(std::move(sigmas));
+}
+
+FixModel FixMapper::model_of(const FixEntry& entry) const {
+  const Fix& fix = entry.fix;
   FixModel model = fix.receiver ? *fix.receiver : model_;
   model.modes = model_.modes;
   model.huber_width = model_.huber_width;
   model.gate = model_.gate;
   if (fix.sigma > 0) model.good_sigma = fix.sigma;
-  if (!fix.receiver) model.own_sigma = own_sigma();
+  if (!fix.receiver) model.own_sigma = own_sigma(entry.receiver());
   // A single error is no larger than the whole.
-  if (fix.sigma > 0 && differences_.size() < kFew) {
-    model.own_sigma = std::min(model.own_sigma, fix.sigma);
-  }
+  const auto found = receivers_.find(entry.receiver());
+  const bool is_measured = found != receivers_.end() && found->second.differences.size() >= kFew;
+  if (fix.sigma > 0 && !is_measured) model.own_sigma = std::min(model.own_sigma, fix.sigma);
   return model;
 }
 
@@ -205,7 +209,7 @@ bool FixMapper::find_datum(const MapView& map, bool stands) {
     const FixEntry& entry = fixes_[i];
     if (!entry.unused.empty() || !map.values.contains(entry.pose)) continue;
     pairs.push_back({isometry_at(map.values, entry.pose) * entry.fix.lever_arm(),
-                     entry.fix.position, model_of(entry.fix).good_sigma});
+                     entry.fix.position, model_of(entry).good_sigma});
   }
   T_datum_map_ = align_to_datum(pairs, kMostTurn);
   return T_datum_map_.has_value();
@@ -222,7 +226,7 @@ FixMapper::Place FixMapper::place_of(const FixEntry& entry, const KeyframeView* 
   place.residual = (T_datum_map_->inverse() * entry.fix.position - place.antenna).head(place.size);
   place.spread = Eigen::MatrixXd::Zero(place.size, place.size);
   place.joint_spread = place.spread;
-  const auto newest = state_.newest.find(entry.robot);
+  const auto newest = state_.newest.find(entry.receiver());
   const bool has_error =
       newest != state_.newest.end() && (newest->second.is_new || map.holds(newest->second.key));
   if (has_error) {
@@ -248,40 +252,40 @@ FixMapper::Place FixMapper::place_of(const FixEntry& entry, const KeyframeView* 
 /// Where no estimate tells how well a fix is foreseen: odometry drifts by a share of the way.
 void FixMapper::foresee_by_way(const FixEntry& entry, Place& place) const {
   constexpr double kDrift = 0.03;
-  const auto last = last_.find(entry.robot);
-  if (last == last_.end()) return;
-  const double since = (place.antenna - last->second.antenna).norm();
+  const auto found = receivers_.find(entry.receiver());
+  if (found == receivers_.end() || !found->second.last) return;
+  const Receiver::Last& last = *found->second.last;
+  const double since = (place.antenna - last.antenna).norm();
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(place.size, place.size);
-  place.spread = std::pow(kDrift * (last->second.way + since), 2) * I;
+  place.spread = std::pow(kDrift * (last.way + since), 2) * I;
   place.joint_spread = std::pow(kDrift * since, 2) * I;
-  if (place.error && !has_estimates_) place.error = last->second.residual;
+  if (place.error && !has_estimates_) place.error = last.residual;
 }
 
 /// Notes by how much a fix differs from the one before beside what odometry tells.
 void FixMapper::measure_own(const Place& place, const FixEntry& entry) {
-  const auto last = last_.find(entry.robot);
-  if (last != last_.end() && entry.fix.time - last->second.time <= kFollows) {
-    const Eigen::VectorXd difference = place.residual - last->second.residual;
-    if (differences_.size() >= kDifferences) {
-      differences_.erase(differences_.begin(), differences_.begin() + 2);
+  auto& [last, differences] = receivers_[entry.receiver()];
+  if (last && entry.fix.time - last->time <= kFollows) {
+    const Eigen::VectorXd difference = place.residual - last->residual;
+    if (differences.size() >= kDifferences) {
+      differences.erase(differences.begin(), differences.begin() + 2);
     }
-    differences_.push_back(std::abs(difference.x()));
-    differences_.push_back(std::abs(difference.y()));
+    differences.push_back(std::abs(difference.x()));
+    differences.push_back(std::abs(difference.y()));
   }
-  const double since = last != last_.end() ? (place.antenna - last->second.antenna).norm() : 0.0;
-  const double way = last != last_.end() ? last->second.way + since : 0.0;
-  last_[entry.robot] = {entry.fix.time, place.residual, place.antenna, way};
+  const double way = last ? last->way + (place.antenna - last->antenna).norm() : 0.0;
+  last = Receiver::Last{entry.fix.time, place.residual, place.antenna, way};
 }
 
 /// What a fix is, by the density that the map predicts for it: its error goes on or begins anew, or
 /// it is false.
 FixMapper::Decision FixMapper::decide(const FixEntry& entry, const Place& place,
                                       const MapView& map) const {
-  const FixModel model = model_of(entry.fix);
+  const FixModel model = model_of(entry);
   const int n = place.size;
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(n, n);
   const double own = model.own_sigma * model.own_sigma;
-  const Error* const last = place.error ? &state_.newest.at(entry.robot) : nullptr;
+  const Error* const last = place.error ? &state_.newest.at(entry.receiver()) : nullptr;
   ErrorMode before = ErrorMode::kNewGood;
   Decision out;
   double since_last = 0;
@@ -323,7 +327,7 @@ void FixMapper::add(FixEntry& entry, const KeyframeView* frame, const MapView& m
     return;
   }
   const Place place = place_of(entry, frame, map);
-  const FixModel model = model_of(entry.fix);
+  const FixModel model = model_of(entry);
   if (!model.modes) {
     add_plain(entry, place, map.is_3d, out);
     return;
@@ -333,7 +337,7 @@ void FixMapper::add(FixEntry& entry, const KeyframeView* frame, const MapView& m
   const bool begins =
       !decision.is_false && (!goes_on(decision.mode) || decision.since_begin >= kShares);
   if (!place.error || begins) begin_error(entry, decision, place, out);
-  Error& error = state_.newest.at(entry.robot);
+  Error& error = state_.newest.at(entry.receiver());
   if (!decision.is_false) error.last_time = entry.fix.time;
   entry.error = error.key;
   entry.mode = error.mode;
@@ -350,7 +354,7 @@ void FixMapper::add(FixEntry& entry, const KeyframeView* frame, const MapView& m
 
 /// A fix without modes.
 void FixMapper::add_plain(FixEntry& entry, const Place& place, bool is_3d, Contribution& out) {
-  const FixModel model = model_of(entry.fix);
+  const FixModel model = model_of(entry);
   if (model.gate > 0 && place.residual.norm() > model.gate) {
     entry.unused = "farther off than [Fixes] gate";
     return;
@@ -364,7 +368,7 @@ void FixMapper::add_plain(FixEntry& entry, const Place& place, bool is_3d, Contr
 void FixMapper::begin_error(FixEntry& entry, const Decision& decision, const Place& place,
                             Contribution& out) {
   const ErrorMode mode = decision.mode;
-  const FixModel model = model_of(entry.fix);
+  const FixModel model = model_of(entry);
   const std::uint64_t number = state_.errors++;
   Error next;
   next.key = Key(key_letter::kFixError, number);
@@ -372,7 +376,7 @@ void FixMapper::begin_error(FixEntry& entry, const Decision& decision, const Pla
   next.time = next.last_time = entry.fix.time;
   next.is_new = true;
   next.chosen = mode;
-  const auto found = state_.newest.find(entry.robot);
+  const auto found = state_.newest.find(entry.receiver());
   const bool follows = place.error.has_value();
   const double time = follows ? std::max(kLeastTime, next.time - found->second.time) : 0;
   // Its estimate with all else held, as the first discrete half-step expects it.
@@ -390,7 +394,7 @@ void FixMapper::begin_error(FixEntry& entry, const Decision& decision, const Pla
   out.delta.discrete.push_back(mode_table(model, before_mode, next.mode, time));
   insert_point(out.delta.values, next.key, padded_point(next.value), place.size == 3);
   out.delta.assignment.set(next.mode.key, static_cast<int>(mode));
-  state_.newest[entry.robot] = std::move(next);
+  state_.newest[entry.receiver()] = std::move(next);
 }
 
 }  // namespace hybrid

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/core/loss.h"
@@ -16,6 +17,9 @@
 #include "libhybrid/landmarks/contribution.h"
 
 namespace HYBRID_API hybrid {
+
+/// Which receiver: its robot, and the label of its sensor.
+using ReceiverId = std::pair<std::size_t, std::string>;
 
 /// What became of a fix.
 struct FixEntry {
@@ -28,6 +32,8 @@ struct FixEntry {
   std::optional<Key> falsity;  ///< whether it is false: 1
   bool is_plain = false;       ///< in the map without modes
   std::string unused;          ///< why it is not in the map
+
+  ReceiverId receiver() const { return {robot, fix.sensor}; }
 };
 
 /// Makes factors of fixes. They wait until the path is long enough to tell how the map lies in the
@@ -58,7 +64,7 @@ class FixMapper {
   const FixModel& model() const { return model_; }
   /// All fixes so far.
   const std::vector<FixEntry>& fixes() const { return fixes_; }
-  /// Error of a single fix [m], as measured so far.
+  /// Error of a single fix [m], as measured so far: the median of the receivers.
   double own_sigma() const;
   /// T_datum_map, once it is known.
   const std::optional<Eigen::Isometry3d>& datum() const { return T_datum_map_; }
@@ -76,9 +82,20 @@ class FixMapper {
   };
   /// What a refused contribution is taken back to.
   struct State {
-    std::size_t answered = 0;             // fixes before wait no longer
-    std::uint64_t errors = 0;             // so far
-    std::map<std::size_t, Error> newest;  // by robot
+    std::size_t answered = 0;            // fixes before wait no longer
+    std::uint64_t errors = 0;            // so far
+    std::map<ReceiverId, Error> newest;  // a chain for each receiver
+  };
+  /// What a receiver's fixes that were taken for right have told.
+  struct Receiver {
+    struct Last {
+      double time;
+      Eigen::VectorXd residual;
+      Eigen::Vector3d antenna;  // by the map
+      double way;               // since the first [m]
+    };
+    std::optional<Last> last;
+    std::vector<double> differences;  // of fixes that follow each other [m], one axis each
   };
   struct Place;
   struct Decision {
@@ -97,7 +114,8 @@ class FixMapper {
                    Contribution& out);
   void foresee_by_way(const FixEntry& entry, Place& place) const;
   void measure_own(const Place& place, const FixEntry& entry);
-  FixModel model_of(const Fix& fix) const;
+  double own_sigma(const ReceiverId& id) const;
+  FixModel model_of(const FixEntry& entry) const;
 
   Contribution contribute(const KeyframeView* frame, const MapView& map);
   Contribution contribute_path(const MapView& map);
@@ -111,15 +129,8 @@ class FixMapper {
   bool stands_ = false;          // the path is to be placed by the fixes
   std::vector<FixEntry> fixes_;
   State state_, before_;
-  std::vector<double> differences_;  // of fixes that follow each other [m], one axis each
-  struct Last {
-    double time;
-    Eigen::VectorXd residual;
-    Eigen::Vector3d antenna;  // by the map
-    double way;               // since the first [m]
-  };
-  std::map<std::size_t, Last> last_;  // by robot, of the last fix that was taken for right
-  bool has_estimates_ = true;         // on the way, with their covariances
+  std::map<ReceiverId, Receiver> receivers_;
+  bool has_estimates_ = true;  // on the way, with their covariances
 };
 
 }  // namespace hybrid

@@ -56,6 +56,11 @@ double new_variance(const FixModel& model, bool biased) {
   return biased ? good + model.bias_sigma * model.bias_sigma : good;
 }
 
+double false_cost(const FixModel& model, int size) {
+  const double height = size == 3 ? std::log(model.false_reach / 10) : 0;
+  return -std::log(model.false_share) + 2 * std::log(model.false_reach) + height;
+}
+
 double mode_cost(const FixModel& model, const ErrorMode* before, ErrorMode mode, double time) {
   const double biased_share = model.bias_lasts / (model.bias_lasts + model.good_lasts);
   if (before == nullptr) {

@@ -57,6 +57,10 @@ double added_variance(const FixModel& model, double time);
 /// What is left of it then: so much that its variance stays that of new ones.
 double kept_share(const FixModel& model, double time, bool biased);
 
+/// -log of the probability that a fix is false, times the density of where it is then. Heights are
+/// false by a tenth of `false_reach`. `size`: 2 in the plane, 3 in space.
+double false_cost(const FixModel& model, int size);
+
 /// -log p(mode | mode before, time between [s]); infinite where one cannot follow the other. For
 /// the first error, `before` is nothing, and none goes on.
 double mode_cost(const FixModel& model, const ErrorMode* before, ErrorMode mode, double time);

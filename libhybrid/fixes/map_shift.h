@@ -16,8 +16,8 @@ namespace HYBRID_API hybrid {
 /// longer than that run.
 std::optional<Values> shift_by_bias(const std::vector<FixEntry>& fixes, const MapView& map);
 
-/// Poses of keyframes as their fixes have them, in a log without odometry: the heading is that of
-/// two antennas, or of the way ahead.
+/// Poses of keyframes as the fixes of the receiver that has most have them, in a log without
+/// odometry. The heading is that of two antennas, or of the way ahead.
 Values poses_at_fixes(const std::vector<FixEntry>& fixes, const Eigen::Isometry3d& T_datum_map,
                       bool is_3d);
 

@@ -7,6 +7,8 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "mrpt_plugins/health/detail/run_facts.h"
@@ -53,6 +55,18 @@ void follow(std::optional<Newest>& newest, double time, bool is_biased, double& 
   newest = Newest{time, is_biased, run};
 }
 
+/// How many fixes are false, and of which receiver most are.
+std::string wrong_fixes(const FixFigures& fixes) {
+  std::string out = fmt::format("{} of {} fixes were taken for false", fixes.wrong, fixes.used);
+  const auto most =
+      std::max_element(fixes.wrong_of.begin(), fixes.wrong_of.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (fixes.wrong_of.size() > 1 && fixes.wrong > 0) {
+    out += fmt::format(", {} of them of receiver '{}'", most->second, most->first);
+  }
+  return out + '.';
+}
+
 HealthEntry fix_entry(const char* name, double value, const UpperLimits& limits,
                       const FixFigures& fixes, const std::string& sentence, const char* knob) {
   if (fixes.used >= kFewestFixes && fixes.asks_modes) {
@@ -74,13 +88,14 @@ HealthEntry fix_entry(const char* name, double value, const UpperLimits& limits,
 
 FixFigures fix_figures(const MapResult& result) {
   const std::map<std::size_t, std::size_t> robots = robots_of(result);
-  std::map<std::size_t, std::optional<Newest>> newest;
+  std::map<std::pair<std::size_t, std::string>, std::optional<Newest>> newest;  // by receiver
   FixFigures out;
   double biased_time = 0, whole = 0;
   for (const FixEstimate& fix : result.fixes) {
     ++out.count;
     if (!fix.mode) continue;
     ++out.used;
+    out.wrong_of[fix.sensor] += *fix.mode == FixMode::kFalse ? 1 : 0;
     const auto& p = fix.probabilities;
     if (*fix.mode != FixMode::kGood || p[0] + p[1] + p[2] > 0) out.asks_modes = true;
     if (*fix.mode == FixMode::kFalse) {
@@ -90,8 +105,8 @@ FixFigures fix_figures(const MapResult& result) {
     const bool is_biased = *fix.mode == FixMode::kBiased;
     ++(is_biased ? out.biased : out.good);
     const auto robot = robots.find(fix.keyframe);
-    follow(newest[robot == robots.end() ? 0 : robot->second], fix.time, is_biased, biased_time,
-           whole, out);
+    const std::size_t number = robot == robots.end() ? 0 : robot->second;
+    follow(newest[{number, fix.sensor}], fix.time, is_biased, biased_time, whole, out);
   }
   if (whole > 0) out.bias_share = biased_time / whole;
   return out;
@@ -104,7 +119,7 @@ void check_fixes(const RunFacts& facts, Health& health) {
       fixes.used > 0 ? static_cast<double>(fixes.wrong) / static_cast<double>(fixes.used) : 0;
   health.push_back(
       fix_entry("false fixes", share, kFalseLimits, fixes,
-                fmt::format("{} of {} fixes were taken for false.", fixes.wrong, fixes.used),
+                wrong_fixes(fixes),
                 "clock of the receiver, and where its antenna is on the robot; the path, which "
                 "other checks ask about; [Fixes] sigma, if all fixes scatter by more"));
   health.push_back(fix_entry(

@@ -88,6 +88,7 @@ void add_fact(const ContinuousFactor& factor, RunFacts& facts) {
 RunFacts::RunFacts(const RunToJudge& run) : run(run) {
   run.graph.continuous().for_each(
       [&](Handle, const ContinuousFactorPtr& factor) { add_fact(*factor, *this); });
+  if (!run.result.has_odometry) motions.clear();
   run.graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
     const Component component = factor->given(run.estimate.assignment);
     const auto& keys = factor->discrete_keys();

@@ -97,12 +97,13 @@ std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, Drop
   }
   const GeodeticPoint& p = out->place;
   out->fix.antenna = point_of(seen->sensorPose);
+  out->fix.sensor = seen->sensorLabel;
   if (!std::isfinite(p.longitude) || !std::isfinite(p.altitude) || !(std::abs(p.latitude) <= 90) ||
       std::abs(p.altitude) > 1e7) {
     ++report["fix dropped: not a place on earth"];
     return std::nullopt;
   }
-  const std::string& label = seen->sensorLabel;
+  const std::string& label = out->fix.sensor;
   const std::string local = "_local";
   out->is_on_earth = label.size() < local.size() ||
                      label.compare(label.size() - local.size(), local.size(), local) != 0;
@@ -118,10 +119,13 @@ std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, Drop
   return out;
 }
 
-bool RepeatedFixes::is_repeated(const GeodeticPoint& place) {
-  const std::optional<GeodeticPoint> last = std::exchange(last_, place);
-  return last && last->latitude == place.latitude && last->longitude == place.longitude &&
-         last->altitude == place.altitude;
+bool RepeatedFixes::is_repeated(const LoggedFix& fix) {
+  const GeodeticPoint& place = fix.place;
+  const auto [found, is_first] = last_.emplace(fix.fix.sensor, place);
+  if (is_first) return false;
+  const GeodeticPoint last = std::exchange(found->second, place);
+  return last.latitude == place.latitude && last.longitude == place.longitude &&
+         last.altitude == place.altitude;
 }
 
 bool DatumFinder::confirms(const LoggedFix& fix) {
@@ -166,7 +170,7 @@ void FixCollector::move(double time, const std::optional<OdometryIncrement>& odo
 
 void FixCollector::add(LoggedFix fix, DropReport& report) {
   fix.fix.row = rows_++;
-  if (repeats_.is_repeated(fix.place)) {
+  if (repeats_.is_repeated(fix)) {
     ++report["fix dropped: the receiver repeats the last one"];
     return;
   }

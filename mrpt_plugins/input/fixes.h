@@ -5,6 +5,7 @@
 
 #include <mrpt/obs/CObservation.h>
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,13 +30,13 @@ struct LoggedFix {
 /// finite, at latitude and longitude zero, or of an antenna farther than 1 km from the robot.
 std::optional<LoggedFix> fix_in(const mrpt::obs::CObservation& observation, DropReport& report);
 
-/// Tells where a receiver gives its last fix once more, with a new stamp.
+/// Tells where one of the receivers gives its last fix once more, with a new stamp.
 class RepeatedFixes {
  public:
-  bool is_repeated(const GeodeticPoint& place);
+  bool is_repeated(const LoggedFix& fix);
 
  private:
-  std::optional<GeodeticPoint> last_;
+  std::map<std::string, GeodeticPoint> last_;  // by label
 };
 
 /// Puts fixes into the axes of a datum: the first fix that the next one confirms.

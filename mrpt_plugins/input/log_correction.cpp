@@ -75,13 +75,15 @@ void LogCorrection::correct(const std::string& label, LaserScan& scan) const {
 }
 
 void LogCorrection::correct(Fix& fix) const {
-  fix.sigma *= fix_sigma_factor;
-  fix.delay = fix_delay;
-  fix.receiver = receiver;
+  const auto found = receivers.find(fix.sensor);
+  if (found == receivers.end()) return;
+  fix.sigma *= found->second.sigma_factor;
+  fix.delay = found->second.delay;
+  fix.receiver = found->second.model;
 }
 
 bool LogCorrection::is_none() const {
-  return !receiver && translation == 1 && rotation == 1 && !hides_ids &&
+  return receivers.empty() && translation == 1 && rotation == 1 && !hides_ids &&
          std::all_of(lasers.begin(), lasers.end(),
                      [](const auto& laser) { return laser.second.is_as_stated(); }) &&
          std::all_of(sensors.begin(), sensors.end(),

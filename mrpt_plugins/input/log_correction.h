@@ -39,16 +39,21 @@ struct SensorCorrection {
   bool is_none() const { return !mirrored && yaw == 0 && delay == 0 && !range && !angle; }
 };
 
+/// What was found out about a receiver of satellites.
+struct ReceiverCorrection {
+  std::shared_ptr<const FixModel> model;
+  double sigma_factor = 1;  ///< of what its fixes state
+  double delay = 0;         ///< its stamps are late by [s]
+};
+
 /// What was found out about a log, in place of what it states.
 struct LogCorrection {
   std::map<std::string, SensorCorrection> sensors;  ///< by label
   std::map<std::string, LaserMounting> lasers;      ///< the same of those that scan
-  double translation = 1, rotation = 1;      ///< factors of the standard deviations of odometry
-  bool hides_ids = false;                    ///< ids are of a tracker
-  std::set<std::int64_t> shared_ids;         ///< ids of two things each, which are hidden
-  std::shared_ptr<const FixModel> receiver;  ///< of fixes; null: not measured
-  double fix_sigma_factor = 1;               ///< of what fixes state
-  double fix_delay = 0;                      ///< their stamps are late by [s]
+  std::map<std::string, ReceiverCorrection> receivers;
+  double translation = 1, rotation = 1;  ///< factors of the standard deviations of odometry
+  bool hides_ids = false;                ///< ids are of a tracker
+  std::set<std::int64_t> shared_ids;     ///< ids of two things each, which are hidden
   /// By odometry, where a sensor is delayed.
   std::shared_ptr<const std::vector<OdometryPose>> path;
 
@@ -89,7 +94,8 @@ struct LogFindings {
   LogCorrection correction;
   std::vector<NoiseRecord> noise;
   std::vector<AlignmentRecord> alignment;
-  std::vector<MovedFix> fixes;  ///< of satellite receivers, of which all below is still to measure
+  /// Of receivers of satellites by label, which are still to be measured.
+  std::map<std::string, std::vector<MovedFix>> fixes;
   std::vector<std::string> remarks;  ///< what differs from what is stated, for the user
 };
 

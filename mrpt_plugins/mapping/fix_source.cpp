@@ -3,6 +3,7 @@
 
 #include "mrpt_plugins/mapping/fix_source.h"
 
+#include <map>
 #include <utility>
 
 #include "libhybrid/core/spatial_values.h"
@@ -26,11 +27,14 @@ FixSource* fix_source_of(const std::vector<std::shared_ptr<MappingPlugin>>& plug
 
 std::vector<DiscreteKey> discrete_keys_of(const std::vector<FixEntry>& fixes) {
   std::vector<DiscreteKey> keys;
-  std::optional<Key> last;
+  std::map<ReceiverId, Key> newest;  // of the modes, which fixes of a receiver share
   for (const FixEntry& entry : fixes) {
     if (!entry.falsity) continue;
     keys.push_back({*entry.falsity, 2});
-    if (std::exchange(last, entry.mode.key) != entry.mode.key) keys.push_back(entry.mode);
+    const auto [found, is_first] = newest.emplace(entry.receiver(), entry.mode.key);
+    if (is_first || std::exchange(found->second, entry.mode.key) != entry.mode.key) {
+      keys.push_back(entry.mode);
+    }
   }
   return keys;
 }
@@ -39,6 +43,7 @@ FixEstimate FixEstimator::operator()(const FixEntry& entry) const {
   FixEstimate out;
   out.time = entry.fix.time;
   out.keyframe = entry.pose.index();
+  out.sensor = entry.fix.sensor;
   out.sigma = entry.fix.sigma;
   out.unused = entry.unused;
   if (values_.contains(entry.pose)) {

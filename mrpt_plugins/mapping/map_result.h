@@ -86,6 +86,7 @@ enum class FixMode { kGood, kBiased, kFalse };
 struct FixEstimate {
   double time = 0;
   std::size_t keyframe = 0;  ///< of the trajectory, which it belongs to
+  std::string sensor;        ///< label of the receiver
   /// Where the receiver says that it is, in the map [m]; the other is where the map says that it
   /// is.
   Eigen::Vector3d measured = Eigen::Vector3d::Zero(), antenna = Eigen::Vector3d::Zero();
@@ -107,6 +108,7 @@ struct MapDatum {
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
   bool is_3d = false;
+  bool has_odometry = true;              ///< to any keyframe
   bool in_known_map = false;             ///< else the map frame is that of the first pose
   std::vector<std::string> class_names;  ///< empty when landmarks have no class
   Trajectory trajectory;                 ///< of all robots, in the order of time

@@ -76,6 +76,7 @@ MapResult Mapper::result() const {
 MapResult Mapper::result_without_sizes() const {
   MapResult result;
   result.is_3d = is_3d_;
+  result.has_odometry = has_motion_;
   result.in_known_map = robots_.front().options.motion.start.has_value();
   if (!robots_.front().options.name.empty()) {
     for (const Robot& robot : robots_) result.robots.push_back({robot.options.name, robot.poses});

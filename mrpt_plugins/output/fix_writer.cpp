@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "mrpt_plugins/evaluation/mode_truth.h"
+#include "mrpt_plugins/output/detail/csv_field.h"
 
 namespace hybrid {
 
@@ -18,7 +19,7 @@ std::string to_string(FixMode mode) {
 std::string fixes_csv(const MapResult& result) {
   std::string text =
       "time,keyframe,x,y,z,antenna_x,antenna_y,antenna_z,east,north,up,error_east,error_north,"
-      "error_up,sigma,mode,p_good,p_biased,p_false,not_used\n";
+      "error_up,sigma,mode,p_good,p_biased,p_false,not_used,sensor\n";
   for (const FixEstimate& fix : result.fixes) {
     Eigen::Vector3d off = Eigen::Vector3d::Zero();
     if (result.datum) off = result.datum->T_datum_map.linear() * (fix.measured - fix.antenna);
@@ -31,7 +32,7 @@ std::string fixes_csv(const MapResult& result) {
     const auto& p = fix.probabilities;
     const bool known = p[0] + p[1] + p[2] > 0;
     for (const double value : p) text += known ? fmt::format(",{:.6g}", value) : ",";
-    text += ',' + fix.unused + '\n';
+    text += ',' + fix.unused + ',' + csv_field(fix.sensor) + '\n';
   }
   return text;
 }

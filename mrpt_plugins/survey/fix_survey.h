@@ -3,7 +3,8 @@
 
 #pragma once
 
-#include <utility>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "libhybrid/fixes/receiver_fit.h"
@@ -19,26 +20,29 @@ class FixSurvey {
   explicit FixSurvey(double clock_offset = 0) : clock_offset_(clock_offset) {}
 
   void add(const LogStep& step);
-  /// Hands over what was collected.
-  std::vector<MovedFix> release() { return std::move(fixes_); }
+  /// Hands over what was collected, by the label of the receiver.
+  std::map<std::string, std::vector<MovedFix>> release();
 
  private:
+  struct Track {
+    std::vector<MovedFix> fixes;
+    OdometryIncrement since;  // the last fix
+    bool is_broken = true;    // that motion is not known
+  };
   void take(const LoggedFix& fix, double early);
 
   double clock_offset_;
   DatumFinder datum_;
   RepeatedFixes repeats_;
-  std::vector<MovedFix> fixes_;
+  std::map<std::string, Track> tracks_;  // by label
   DropReport dropped_;  // of which the mapping tells
-  OdometryIncrement since_;
   Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();
   double time_ = 0;
-  bool is_broken_ = true;  // the motion since the last fix is not known
 };
 
-/// Measures noise and clock of a receiver whose fixes are in `findings`, which it says there, and
-/// of the odometry, where `tells_odometry`: no other sensor tells it. Adds to the correction what
-/// is to be used in place of what is stated.
+/// Measures noise and clock of the receivers whose fixes are in `findings`, which it says there,
+/// and of the odometry by the one with most fixes, where `tells_odometry`: no other sensor tells
+/// it. Adds to the correction what is to be used in place of what is stated.
 void measure_fixes(const FixModel& prior, bool tells_odometry, LogFindings& findings,
                    LogCorrection& correction);
 

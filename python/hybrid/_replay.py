@@ -86,7 +86,8 @@ class ReplayResult(dict):
     def fixes(self) -> list[dict]:
         """Each fix of satellite receivers: time [s], keyframe, measured (3,) and antenna (3,) [m, in the map], error (3,)
         that lasts [m, east, north, up], sigma as stated [m], mode ("good", "biased", "false", or None where it is not
-        used), probabilities of these modes (3,), not_used: why. Empty where the log has none."""
+        used), probabilities of these modes (3,), not_used: why, sensor: label of the receiver. Empty where the log
+        has none."""
         file = self.folder / "fixes.csv"
         if not file.exists():
             return []
@@ -101,7 +102,7 @@ class ReplayResult(dict):
                      "error": numbers(row, "error_east", "error_north", "error_up"),
                      "sigma": float(row["sigma"]), "mode": row["mode"] or None,
                      "probabilities": numbers(row, "p_good", "p_biased", "p_false"),
-                     "not_used": row["not_used"]} for row in csv.DictReader(table)]
+                     "not_used": row["not_used"], "sensor": row["sensor"]} for row in csv.DictReader(table)]
 
     def __repr__(self):
         return (f"<ReplayResult {str(self.folder)!r}: {self.get('status')}, {self.get('keyframes')} keyframes, "

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
@@ -105,8 +107,8 @@ class Drive {
     return {40 * std::sin(a), 40 - 40 * std::cos(a), a};
   }
 
-  /// One keyframe with one fix that is off by `error`.
-  void step(const Eigen::Vector2d& error) {
+  /// One keyframe with a fix of each receiver, that are off by `errors`.
+  void step(const std::vector<Eigen::Vector2d>& errors) {
     const Key now(key_letter::kPose, static_cast<std::uint64_t>(steps_));
     Delta delta;
     ContinuousFactorPtr motion;
@@ -132,15 +134,18 @@ class Drive {
     map.holds = [&](Key key) { return values.contains(key); };
     const MotionCovariance after(*motion, now, delta.values, values, covariance);
     KeyframeView frame{now, isometry_at(delta.values, now), {}, after, after};
-    Fix fix;
-    fix.time = steps_;
-    fix.row = static_cast<std::size_t>(steps_);
-    fix.sigma = 1;
-    const SE2 T_datum_map(700, -300, 1.2);
-    const Eigen::Vector2d antenna(0.5, 0.1);
-    fix.antenna << antenna, 1;
-    fix.position << T_datum_map * (truth(steps_) * antenna) + error, 0;
-    const Contribution c = fixes_.observe(frame, {fix}, map);
+    std::vector<Fix> fixes(errors.size());
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      Fix& fix = fixes[i];
+      fix.sensor = std::to_string(i);
+      fix.time = steps_;
+      fix.sigma = 1;
+      const SE2 T_datum_map(700, -300, 1.2);
+      const Eigen::Vector2d antenna(0.5, 0.1);
+      fix.antenna << antenna, 1;
+      fix.position << T_datum_map * (truth(steps_) * antenna) + errors[i], 0;
+    }
+    const Contribution c = fixes_.observe(frame, fixes, map);
     for (const auto& f : c.delta.continuous) delta.continuous.push_back(f);
     for (const auto& f : c.delta.hybrid) delta.hybrid.push_back(f);
     for (const auto& f : c.delta.discrete) delta.discrete.push_back(f);
@@ -201,10 +206,18 @@ TEST(PosesAtFixes, TwoAntennasTellTheHeading) {
       entry.pose = Key(key_letter::kPose, static_cast<std::uint64_t>(i));
       entry.fix.antenna << antenna, 1;
       entry.fix.position << T_datum_map * (truth.back() * antenna), 1;
+      entry.fix.sensor = antenna.y() > 0 ? "left" : "right";
       fixes.push_back(entry);
     }
+    // A receiver that is off tells nothing.
+    if (i % 5 != 0) continue;
+    FixEntry wrong = fixes.back();
+    wrong.fix.sensor = "far";
+    wrong.fix.position += Eigen::Vector3d(100, 0, 0);
+    fixes.insert(fixes.end() - 2, wrong);
   }
   const Values poses = poses_at_fixes(fixes, to_isometry(T_datum_map), false);
+  ASSERT_EQ(poses.size(), truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const SE2 pose = poses.at<SE2>(Key(key_letter::kPose, i));
     EXPECT_LT(truth[i].between(pose).log().norm(), 1e-9) << i;
@@ -220,7 +233,7 @@ TEST(FixMapper, RunsOfBiasedFixesAndFalseOnesAreFound) {
     if (biased) error += Eigen::Vector2d(9, -6);
     if (wrong) error += Eigen::Vector2d(120, 80);
     truth.push_back(wrong ? 2 : biased ? 1 : 0);
-    drive.step(error);
+    drive.step({error});
   }
   int right = 0, seen = 0;
   for (int i = 0; i < 400; ++i) {
@@ -235,13 +248,26 @@ TEST(FixMapper, RunsOfBiasedFixesAndFalseOnesAreFound) {
   EXPECT_LT(worst, 1.5);  // sigma of good fixes is 1 m, of which the path averages few
 }
 
+TEST(FixMapper, EachReceiverHasErrorsOfItsOwn) {
+  Drive drive(1);
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector2d good(drive.gauss(0.3), drive.gauss(0.3));
+    drive.step({good, Eigen::Vector2d(9 + drive.gauss(0.3), drive.gauss(0.3) - 6),
+                Eigen::Vector2d(drive.gauss(0.3), drive.gauss(0.3))});
+  }
+  int right = 0;
+  for (int i = 0; i < 900; ++i) right += drive.mode(i) == (i % 3 == 1 ? 1 : 0);
+  EXPECT_GE(right, 880);
+  EXPECT_LT(drive.error(299), 1.5);
+}
+
 TEST(FixMapper, AMapThatBeginsAtABiasIsPutRight) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     Drive drive(seed);
     for (int i = 0; i < 400; ++i) {
       Eigen::Vector2d error(drive.gauss(0.3), drive.gauss(0.3));
       if (i >= 4 && i < 60) error += Eigen::Vector2d(9, 4);
-      drive.step(error);
+      drive.step({error});
     }
     EXPECT_EQ(drive.mode(30), 1);
     EXPECT_EQ(drive.mode(300), 0);

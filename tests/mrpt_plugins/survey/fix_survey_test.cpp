@@ -28,7 +28,7 @@ std::vector<MovedFix> survey_of_drive(double clock_offset, double early) {
     step.observations.push_back(seen);
     survey.add(step);
   }
-  return survey.release();
+  return survey.release().at("");
 }
 
 TEST(FixSurvey, PlacesFixesByTheirStampsOfTheSameClock) {
