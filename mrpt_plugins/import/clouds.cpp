@@ -191,7 +191,7 @@ class CloudsImport {
       log_.note(fmt::format("{} further clouds cannot be read", unread_ - kMostNoted));
     }
     if (folder_.others > 0) {
-      log_.note(fmt::format("{}: {} files that are no clouds are left aside, such as {}",
+      log_.note(fmt::format("{}: files that are no clouds are left aside: {}, such as {}",
                             options_.folder, folder_.others, folder_.another));
     }
     if (!folder_.are_images) log_.note("intensities and colours are not kept");

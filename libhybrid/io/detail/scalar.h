@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 

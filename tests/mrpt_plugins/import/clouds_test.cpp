@@ -89,7 +89,7 @@ TEST_F(Clouds, OfEachForm) {
   write("in/times.txt", "1 2 3");
   const ImportReport report = import();
   EXPECT_EQ(report.steps, 4U);
-  EXPECT_TRUE(tells(report, "2 files that are no clouds are left aside, such as times.txt"));
+  EXPECT_TRUE(tells(report, "files that are no clouds are left aside: 2, such as times.txt"));
   EXPECT_TRUE(tells(report, "4 clouds with 8 points, of which 8 are kept"));
   EXPECT_EQ(count_notes(report, "intensities"), 1);
   expect_progress(4);
