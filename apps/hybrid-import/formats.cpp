@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "mrpt_plugins/import/carmen.h"
+#include "mrpt_plugins/import/clouds.h"
 #include "mrpt_plugins/import/detection_tables.h"
 #include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
@@ -250,6 +251,44 @@ CLI::App* add_carmen(CLI::App& app, Convert& convert) {
                    "at which the sensor sees nothing [m]; 0: as the log says, else 80")
       ->check(CLI::NonNegativeNumber);
   add_walk(*format, o->walk);
+  return format;
+}
+
+CLI::App* add_clouds(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<CloudsOptions>(
+      app, convert, "clouds", "A folder of point clouds of a lidar, or of depth images",
+      import_clouds);
+  format
+      ->add_option("folder", o->folder, "with a file for each: F.bin of KITTI, F.pcd, F.ply, F.png")
+      ->required();
+  format->add_option(
+      "--odometry,--poses", o->odometry,
+      "a pose for each cloud, by odometry or another program: rows of TUM, of KITTI, "
+      "or 4x4 matrices. Of the sensor, or with --sensor-pose of the robot");
+  format->add_option("--truth", o->truth, "true poses, in the same forms");
+  format->add_flag("--camera-odometry", o->camera_odometry,
+                   "these poses are of a camera that looks along z; of depth images they are");
+  format->add_flag("--camera-truth", o->camera_truth,
+                   "and so are the true ones, as those of KITTI");
+  format->add_option("--period", o->period, "between clouds, where the rows have no times [s]")
+      ->check(CLI::PositiveNumber);
+  format
+      ->add_option("--sensor-pose", o->sensor_pose,
+                   "on the robot: x y z yaw pitch roll [m, rad]; poses are then of the robot")
+      ->expected(6);
+  format->add_option("--most-points", o->most_points,
+                     "of a cloud; one with more is thinned to a point a voxel; 0: all");
+  format->add_option("--max-range", o->max_range, "points farther away are dropped [m]; 0: none")
+      ->check(CLI::NonNegativeNumber);
+  format->add_option("--focal", o->focal, "focal length of depth images [pixels]");
+  format->add_option("--center-u", o->center_u,
+                     "principal point [pixels]; below 0: the middle of the image");
+  format->add_option("--center-v", o->center_v,
+                     "principal point [pixels]; below 0: the middle of the image");
+  format->add_option("--depth-unit", o->depth_unit, "of depth images [m]")
+      ->check(CLI::PositiveNumber);
+  format->add_option("--walk-translation", o->walk_translation, "odometry noise [m per sqrt(m)]");
+  format->add_option("--walk-rotation", o->walk_rotation, "odometry noise [rad per sqrt(m)]");
   return format;
 }
 

@@ -25,10 +25,11 @@ CLI::App* add_kitti_tracking(CLI::App& app, Convert& convert);
 CLI::App* add_stata(CLI::App& app, Convert& convert);
 CLI::App* add_plaza(CLI::App& app, Convert& convert);
 CLI::App* add_carmen(CLI::App& app, Convert& convert);
+CLI::App* add_clouds(CLI::App& app, Convert& convert);
 CLI::App* add_detection_tables(CLI::App& app, Convert& convert);
 
-inline constexpr std::array kFormats{add_victoria_park,  add_mrclam,          add_kitti,
-                                     add_kitti_tracking, add_stata,           add_plaza,
-                                     add_carmen,         add_detection_tables};
+inline constexpr std::array kFormats{add_victoria_park,  add_mrclam, add_kitti,
+                                     add_kitti_tracking, add_stata,  add_plaza,
+                                     add_carmen,         add_clouds, add_detection_tables};
 
 }  // namespace hybrid

@@ -29,6 +29,8 @@ constexpr std::pair<const char*, const char*> kElsewhere[] = {
     {"mot", "a form of csv: hybrid-import csv --detections det.txt --odometry F.csv"},
     {"coco", "a form of csv: hybrid-import csv --detections F.json --odometry F.csv"},
     {"tum", "a form of csv: hybrid-import csv --odometry F.txt --detections F.csv"},
+    {"pcd", "a form of clouds: hybrid-import clouds FOLDER"},
+    {"ply", "a form of clouds: hybrid-import clouds FOLDER"},
     {"mcap", "read by examples/ros2/mcap_to_csv.py, for hybrid-import csv"},
     {"rosbag", "read by examples/ros2/mcap_to_csv.py, for hybrid-import csv"},
     {"g2o", "read as it is: hybrid-pgo F.g2o"},

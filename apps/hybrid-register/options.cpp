@@ -13,7 +13,7 @@ constexpr const char* kAbout =
     "which points correspond, and which have no counterpart.\n";
 
 constexpr const char* kFooter =
-    "\nClouds: .xyz .txt .asc .csv (rows x y z), .ply (text or binary), .pcd (text), MRPT points\n"
+    "\nClouds: .xyz .txt .asc .csv (rows x y z), .ply (text or binary), .pcd, MRPT points\n"
     "maps and simple maps, and rawlogs: LOG.rawlog#N is what the scans of step N see.\n"
     "\nWritten to OUT: transform.txt (4x4, source into target), summary.json, overlay.png. They\n"
     "replace the result that OUT holds; files of others stay.\n"

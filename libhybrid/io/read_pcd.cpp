@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "libhybrid/io/detail/lzf.h"
+#include "libhybrid/io/detail/scalar.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/point_formats.h"
 
@@ -14,11 +16,41 @@ constexpr std::int64_t kMostPoints = std::int64_t{1} << 31;
 constexpr std::int64_t kMostValues = 1000;  // of a field
 
 struct PcdHeader {
+  enum class Data { kText, kBinary, kCompressed };
   std::vector<std::string> fields;
   std::vector<std::size_t> counts;  // values of each field; empty: one of each
+  std::vector<int> sizes;           // bytes of a value of each field
+  std::string types;                // a letter for each field
   std::int64_t points = 0;
   bool has_points = false;
+  Data data = Data::kText;
 };
+
+PcdHeader::Data data_in(const TextRow& row) {
+  row.expect(2, "DATA ascii, DATA binary or DATA binary_compressed");
+  if (row[1] == "ascii") return PcdHeader::Data::kText;
+  if (row[1] == "binary") return PcdHeader::Data::kBinary;
+  if (row[1] == "binary_compressed") return PcdHeader::Data::kCompressed;
+  row.fail(1, in_quotes(row[1]) + " is none of ascii, binary and binary_compressed");
+}
+
+/// Takes a line of the header that says something of each field; false for any other.
+bool take_fields(const TextRow& row, PcdHeader& header) {
+  const std::string_view what = row[0];
+  if (what != "FIELDS" && what != "COUNT" && what != "SIZE" && what != "TYPE") return false;
+  for (std::size_t i = 1; i < row.size(); ++i) {
+    if (what == "FIELDS") {
+      header.fields.emplace_back(row[i]);
+    } else if (what == "COUNT") {
+      header.counts.push_back(static_cast<std::size_t>(row.id(i, kMostValues)));
+    } else if (what == "SIZE") {
+      header.sizes.push_back(static_cast<int>(row.id(i, 8)));
+    } else {
+      header.types += row[i].front();
+    }
+  }
+  return true;
+}
 
 /// Reads the header up to its DATA line.
 PcdHeader read_pcd_header(TextReader& text) {
@@ -28,13 +60,8 @@ PcdHeader read_pcd_header(TextReader& text) {
   while (text.next(row)) {
     const std::string_view what = row[0];
     if (what != "DATA") row.expect(2, row.size(), std::string(what.substr(0, 40)) + " and a value");
-    if (what == "FIELDS") {
-      for (std::size_t i = 1; i < row.size(); ++i) header.fields.emplace_back(row[i]);
-    } else if (what == "COUNT") {
-      for (std::size_t i = 1; i < row.size(); ++i) {
-        header.counts.push_back(static_cast<std::size_t>(row.id(i, kMostValues)));
-      }
-    } else if (what == "WIDTH") {
+    if (take_fields(row, header)) continue;
+    if (what == "WIDTH") {
       width = row.id(1, kMostPoints);
     } else if (what == "HEIGHT") {
       height = row.id(1, kMostPoints);
@@ -42,16 +69,117 @@ PcdHeader read_pcd_header(TextReader& text) {
       header.points = row.id(1, kMostPoints);
       header.has_points = true;
     } else if (what == "DATA") {
-      if (row.size() != 2 || row[1] != "ascii") {
-        row.fail("only 'DATA ascii' is read; convert the file to text first");
-      }
+      header.data = data_in(row);
       if (!header.has_points) header.points = width * height;
       return header;
-    } else if (what != "VERSION" && what != "SIZE" && what != "TYPE" && what != "VIEWPOINT") {
+    } else if (what != "VERSION" && what != "VIEWPOINT") {
       row.fail(in_quotes(what) + " is not part of a PCD header");
     }
   }
   text.fail("not a PCD file: it has no DATA line");
+}
+
+/// Where x, y and z are among the values of a point, and in its bytes.
+struct PcdLayout {
+  std::array<std::size_t, 3> columns{};
+  std::array<std::size_t, 3> offsets{};  // of data that is not text
+  std::array<Scalar, 3> types{};
+  std::size_t values = 0, bytes = 0;  // of a point
+};
+
+Scalar scalar_of(const TextReader& text, const PcdHeader& header, std::size_t field) {
+  const int bytes = header.sizes[field];
+  const char type = header.types[field];
+  const bool is_whole = type == 'I' || type == 'U';
+  const bool is_known = (type == 'F' && (bytes == 4 || bytes == 8)) ||
+                        (is_whole && (bytes == 1 || bytes == 2 || bytes == 4));
+  if (!is_known) {
+    text.fail("field " + in_quotes(header.fields[field]) + " has " + std::to_string(bytes) +
+              " bytes of type " + in_quotes(std::string(1, type)) +
+              "; x, y and z are F of 4 or 8 bytes, or I or U of 1, 2 or 4");
+  }
+  return {bytes, type == 'F' ? 'f' : type == 'I' ? 'i' : 'u'};
+}
+
+PcdLayout layout_of(const TextReader& text, const PcdHeader& header) {
+  const std::size_t count = header.fields.size();
+  if (!header.counts.empty() && header.counts.size() != count) {
+    text.fail("COUNT and FIELDS differ in length");
+  }
+  const bool is_text = header.data == PcdHeader::Data::kText;
+  if (!is_text && (header.sizes.size() != count || header.types.size() != count)) {
+    text.fail("SIZE or TYPE and FIELDS differ in length");
+  }
+  PcdLayout layout;
+  std::array<bool, 3> found{};
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t values = header.counts.empty() ? 1 : header.counts[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (values != 1 || header.fields[i] != std::string(1, "xyz"[axis])) continue;
+      layout.columns[axis] = layout.values;
+      layout.offsets[axis] = layout.bytes;
+      if (!is_text) layout.types[axis] = scalar_of(text, header, i);
+      found[axis] = true;
+    }
+    layout.values += values;
+    if (!is_text) layout.bytes += values * static_cast<std::size_t>(header.sizes[i]);
+  }
+  if (!found[0] || !found[1] || !found[2]) text.fail("FIELDS has no x, y and z");
+  return layout;
+}
+
+[[noreturn]] void fail_short(const TextReader& text, const PcdHeader& header, std::int64_t read) {
+  text.fail("the header says " + std::to_string(header.points) + " points, the file ends after " +
+            std::to_string(read));
+}
+
+void read_text(TextReader& text, const PcdHeader& header, const PcdLayout& layout,
+               PointFile& file) {
+  TextRow row;
+  for (std::int64_t read = 0; read < header.points; ++read) {
+    if (!text.next(row)) fail_short(text, header, read);
+    row.expect(layout.values, std::to_string(layout.values) + " values of a point");
+    add_point(file, row, layout.columns);
+  }
+  if (text.next(row)) {
+    row.fail("the header says " + std::to_string(header.points) + " points, but more follow");
+  }
+}
+
+void read_binary(TextReader& data, const PcdHeader& header, const PcdLayout& layout,
+                 PointFile& file) {
+  std::string raw(layout.bytes, '\0');
+  for (std::int64_t read = 0; read < header.points; ++read) {
+    if (!data.read_bytes(raw.data(), raw.size())) fail_short(data, header, read);
+    Eigen::Vector3d point;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      point[static_cast<Eigen::Index>(axis)] =
+          value_of(&raw[layout.offsets[axis]], layout.types[axis], false);
+    }
+    add_point(file, point, data.name());
+  }
+}
+
+/// The values of one field follow those of the other, all compressed together by LZF.
+void read_compressed(TextReader& data, const PcdHeader& header, const PcdLayout& layout,
+                     PointFile& file) {
+  const std::string raw = read_lzf(data);
+  const auto points = static_cast<std::size_t>(header.points);
+  if (raw.size() != points * layout.bytes) {
+    data.fail("the header says " + std::to_string(points) + " points of " +
+              std::to_string(layout.bytes) + " bytes, and the data has " +
+              std::to_string(raw.size()) + " bytes");
+  }
+  for (std::size_t i = 0; i < points; ++i) {
+    Eigen::Vector3d point;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Scalar type = layout.types[axis];
+      const std::size_t at =
+          points * layout.offsets[axis] + i * static_cast<std::size_t>(type.bytes);
+      point[static_cast<Eigen::Index>(axis)] = value_of(&raw[at], type, false);
+    }
+    add_point(file, point, data.name());
+  }
 }
 
 }  // namespace
@@ -59,34 +187,18 @@ PcdHeader read_pcd_header(TextReader& text) {
 PointFile read_pcd(const std::string& path) {
   TextReader text(path, {TextFormat::Cut::kWords, "#"});
   const PcdHeader header = read_pcd_header(text);
-  if (!header.counts.empty() && header.counts.size() != header.fields.size()) {
-    text.fail("COUNT and FIELDS differ in length");
-  }
-  std::array<std::size_t, 3> xyz{};
-  std::array<bool, 3> found{};
-  std::size_t columns = 0;
-  for (std::size_t i = 0; i < header.fields.size(); ++i) {
-    const std::size_t count = header.counts.empty() ? 1 : header.counts[i];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (count != 1 || header.fields[i] != std::string(1, "xyz"[axis])) continue;
-      xyz[axis] = columns;
-      found[axis] = true;
-    }
-    columns += count;
-  }
-  if (!found[0] || !found[1] || !found[2]) text.fail("FIELDS has no x, y and z");
+  const PcdLayout layout = layout_of(text, header);
   PointFile file;
-  TextRow row;
-  for (std::int64_t read = 0; read < header.points; ++read) {
-    if (!text.next(row)) {
-      text.fail("the header says " + std::to_string(header.points) +
-                " points, the file ends after " + std::to_string(read));
-    }
-    row.expect(columns, std::to_string(columns) + " values of a point");
-    add_point(file, row, xyz);
-  }
-  if (text.next(row)) {
-    row.fail("the header says " + std::to_string(header.points) + " points, but more follow");
+  switch (header.data) {
+    case PcdHeader::Data::kText:
+      read_text(text, header, layout, file);
+      break;
+    case PcdHeader::Data::kBinary:
+      read_binary(text, header, layout, file);
+      break;
+    case PcdHeader::Data::kCompressed:
+      read_compressed(text, header, layout, file);
+      break;
   }
   return file;
 }

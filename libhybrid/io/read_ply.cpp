@@ -2,10 +2,10 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 #include <vector>
 
+#include "libhybrid/io/detail/scalar.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/point_formats.h"
 
@@ -15,12 +15,6 @@ namespace {
 constexpr std::int64_t kMostRows = std::int64_t{1} << 31;  // of an element
 
 enum class Encoding { kText, kLittleEndian, kBigEndian };
-
-/// A scalar type of PLY: bytes, and 'i' signed, 'u' unsigned, 'f' floating.
-struct Scalar {
-  int bytes = 0;
-  char kind = 0;
-};
 
 struct Property {
   std::string name;
@@ -150,22 +144,7 @@ bool take(TextReader& data, Scalar type, bool big_endian, double& value) {
   std::array<char, 8> raw{};
   const auto bytes = static_cast<std::size_t>(type.bytes);
   if (!data.read_bytes(raw.data(), bytes)) return false;
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < bytes; ++i) {
-    bits = (bits << 8) | static_cast<unsigned char>(raw[big_endian ? i : bytes - 1 - i]);
-  }
-  if (type.kind == 'f' && type.bytes == 8) {
-    std::memcpy(&value, &bits, sizeof(value));
-  } else if (type.kind == 'f') {
-    const auto half = static_cast<std::uint32_t>(bits);
-    float single = 0;
-    std::memcpy(&single, &half, sizeof(single));
-    value = static_cast<double>(single);
-  } else {
-    const std::uint64_t sign = std::uint64_t{1} << (8 * type.bytes - 1);
-    value = static_cast<double>(bits);
-    if (type.kind == 'i' && (bits & sign) != 0) value -= 2.0 * static_cast<double>(sign);
-  }
+  value = value_of(raw.data(), type, big_endian);
   return true;
 }
 

@@ -71,15 +71,18 @@ bool is_point_file(const std::string& path) {
   return kind == "ply" || kind == "pcd" || is_plain(kind);
 }
 
-PointFile read_points(const std::string& path) {
+PointFile read_cloud(const std::string& path) {
   if (!is_point_file(path)) {
     throw Error(path +
                 ": unknown kind of point cloud; .xyz, .txt, .asc, .csv, .ply and .pcd are read");
   }
   const std::string kind = extension(path);
-  PointFile file = kind == "ply"   ? read_ply(path)
-                   : kind == "pcd" ? read_pcd(path)
-                                   : read_rows(path);
+  if (kind == "ply") return read_ply(path);
+  return kind == "pcd" ? read_pcd(path) : read_rows(path);
+}
+
+PointFile read_points(const std::string& path) {
+  PointFile file = read_cloud(path);
   if (file.points.empty()) {
     throw Error(path + (file.left_out > 0 ? ": none of its points is finite" : ": holds no point"));
   }

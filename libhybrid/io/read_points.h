@@ -15,12 +15,16 @@ struct PointFile {
   std::size_t left_out = 0;  ///< points with a coordinate that is not finite
 };
 
-/// Reads x y z of a point cloud: .ply (text or binary), .pcd (text), .xyz, .txt, .asc or .csv (rows
+/// Reads x y z of a point cloud: .ply (text or binary), .pcd (text, binary or
+/// compressed), .xyz, .txt, .asc or .csv (rows
 /// of at least three columns, as many in each, cut as TextFormat::Cut::kCells; '#' begins a
 /// comment). Throws Error naming file and line if the file is missing, of another format,
 /// malformed, or has fewer or more points than its header says, or a coordinate beyond
 /// kLargestCoordinate.
 PointFile read_points(const std::string& path);
+
+/// The same, but a file may hold no point, or none that is finite, as a scan that met nothing.
+PointFile read_cloud(const std::string& path);
 
 /// Whether `path` has the extension of one of these formats.
 bool is_point_file(const std::string& path);

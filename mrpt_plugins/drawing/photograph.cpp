@@ -20,6 +20,17 @@ cv::Mat pixels_of(const Image& image) {
   return {image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.rgb.data())};
 }
 
+/// The pixels in the bytes of a file; throws std::exception if there are none.
+cv::Mat pixels_in(std::string_view bytes, int flags) {
+  if (bytes.empty() || bytes.size() > std::numeric_limits<int>::max()) {
+    throw std::runtime_error("the bytes are no picture");
+  }
+  const cv::Mat file(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+  cv::Mat pixels = cv::imdecode(file, flags);
+  if (pixels.empty()) throw std::runtime_error("the bytes are no picture");
+  return pixels;
+}
+
 /// Called by OpenCV before it throws its own exception; another one takes its place.
 int throw_bad_alloc(int status, const char*, const char*, const char*, int, void*) {
   if (status == cv::Error::StsNoMem) throw std::bad_alloc();
@@ -43,16 +54,22 @@ std::string jpeg(const Image& image, int quality) {
 }
 
 Image decoded(std::string_view bytes) {
-  if (bytes.empty() || bytes.size() > std::numeric_limits<int>::max()) {
-    throw std::runtime_error("the bytes are no picture");
-  }
-  const cv::Mat file(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
-  const cv::Mat bgr = cv::imdecode(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  if (bgr.empty()) throw std::runtime_error("the bytes are no picture");
+  const cv::Mat bgr = pixels_in(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   Image out{bgr.cols, bgr.rows,
             std::vector<std::uint8_t>(static_cast<std::size_t>(bgr.cols) * bgr.rows * 3)};
   cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, out.rgb.data());
   cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return out;
+}
+
+DepthImage decoded_depths(std::string_view bytes) {
+  const cv::Mat image = pixels_in(bytes, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_16UC1) throw std::runtime_error("not one channel of 16 bits");
+  DepthImage out{image.cols, image.rows, {}};
+  for (int row = 0; row < image.rows; ++row) {
+    const auto* begin = image.ptr<std::uint16_t>(row);
+    out.depths.insert(out.depths.end(), begin, begin + image.cols);
+  }
   return out;
 }
 

@@ -3,8 +3,10 @@
 
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "mrpt_plugins/drawing/image.h"
 
@@ -14,6 +16,18 @@ namespace HYBRID_API hybrid {
 /// file says of its orientation is not applied. Throws std::exception if they are none. Bytes of
 /// somebody else's are decoded in a process of its own: rawlog/image_decoder.h.
 Image decoded(std::string_view bytes);
+
+/// A picture of distances along the axis of a camera: rows from the top, 16 bits a pixel.
+struct DepthImage {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint16_t> depths;
+};
+
+/// The depth image in the bytes of a file, such as a PNG of one channel of 16 bits. Throws
+/// std::exception if they are none.
+DepthImage decoded_depths(std::string_view bytes);
+
 /// Lets this process decode without further threads.
 void prepare_decoding();
 

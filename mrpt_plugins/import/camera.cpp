@@ -15,8 +15,18 @@ Eigen::Matrix3d robot_from_camera() {
 
 }  // namespace
 
-mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first) {
-  row.expect(first + 12, "a 3x4 matrix, row by row");
+mrpt::poses::CPose3D matrix_pose(const Eigen::Matrix3d& R, const Eigen::Vector3d& t,
+                                 const TextRow& row, std::size_t i) {
+  if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) {
+    row.fail(i, "the left 3x3 block is not a rotation");
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+  return {mrpt::math::CMatrixDouble33(rotation),
+          mrpt::math::CVectorFixedDouble<3>(mrpt::math::TPoint3D(t.x(), t.y(), t.z()))};
+}
+
+mrpt::poses::CPose3D matrix_pose(const TextRow& row, std::size_t first) {
   Eigen::Matrix3d R;
   Eigen::Vector3d t;
   for (Eigen::Index r = 0; r < 3; ++r) {
@@ -24,15 +34,18 @@ mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first) {
     for (Eigen::Index c = 0; c < 3; ++c) R(r, c) = row.number(column + static_cast<std::size_t>(c));
     t[r] = row.coordinate(column + 3);
   }
-  if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) {
-    row.fail(first, "the left 3x3 block is not a rotation");
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d C = robot_from_camera();
-  const Eigen::Matrix3d turned = C * svd.matrixU() * svd.matrixV().transpose() * C.transpose();
-  const Eigen::Vector3d moved = C * t;
-  return {mrpt::math::CMatrixDouble33(turned),
-          mrpt::math::CVectorFixedDouble<3>(mrpt::math::TPoint3D(moved.x(), moved.y(), moved.z()))};
+  return matrix_pose(R, t, row, first);
+}
+
+mrpt::poses::CPose3D robot_pose(const mrpt::poses::CPose3D& camera) {
+  const mrpt::poses::CPose3D turn(mrpt::math::CMatrixDouble33(robot_from_camera()),
+                                  mrpt::math::CVectorFixedDouble<3>(mrpt::math::TPoint3D(0, 0, 0)));
+  return turn + camera + (-turn);
+}
+
+mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first) {
+  row.expect(first + 12, "a 3x4 matrix, row by row");
+  return robot_pose(matrix_pose(row, first));
 }
 
 Matrix6d robot_covariance(const Matrix6d& camera) {

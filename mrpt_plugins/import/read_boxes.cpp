@@ -33,19 +33,6 @@ std::string without_hash(const std::string& name) {
   return name.substr(0, kind == std::string::npos ? hash : kind);
 }
 
-/// The time [s] that a name is, in seconds with decimals or in whole s, ms, us or ns since 1970.
-std::optional<double> stamp_in(const std::string& name) {
-  double value = 0;
-  if (name.find_first_not_of("0123456789.") != std::string::npos || !parse_number(name, value)) {
-    return std::nullopt;
-  }
-  constexpr double kFirst = 1e9;  // s, of the year 2001
-  if (name.find('.') != std::string::npos) return value;
-  double unit = 1;
-  while (value / unit >= 10 * kFirst) unit *= 1000;
-  return value >= kFirst ? std::optional<double>(value / unit) : std::nullopt;
-}
-
 /// The number that a name ends in.
 std::optional<std::int64_t> image_number(std::string name) {
   name = without_hash(name);
@@ -204,6 +191,18 @@ ImageBoxes read_coco(const std::string& path) {
 }
 
 }  // namespace
+
+std::optional<double> stamp_in(const std::string& name) {
+  double value = 0;
+  if (name.find_first_not_of("0123456789.") != std::string::npos || !parse_number(name, value)) {
+    return std::nullopt;
+  }
+  constexpr double kFirst = 1e9;  // s, of the year 2001
+  if (name.find('.') != std::string::npos) return value;
+  double unit = 1;
+  while (value / unit >= 10 * kFirst) unit *= 1000;
+  return value >= kFirst ? std::optional<double>(value / unit) : std::nullopt;
+}
 
 void ImageBoxes::add(const std::string& path, std::int64_t image, const std::string& name) {
   const auto [other, is_new] = images.emplace(image, name);

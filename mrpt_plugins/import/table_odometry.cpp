@@ -54,6 +54,29 @@ std::vector<TimedPose> read_quaternions(NamedTable& table) {
 
 }  // namespace
 
+OdometryIncrement wandering_motion(const CPose3D& from, const CPose3D& to, bool is_3d,
+                                   double walk_translation, double walk_rotation) {
+  constexpr double kLeast = 1e-6;
+  const CPose3D mean = to - from;
+  const double way = mean.norm();
+  const double vt = kLeast + walk_translation * walk_translation * way;
+  const double vr = kLeast + walk_rotation * walk_rotation * way;
+  if (!is_3d) {
+    return planar_motion(mean.x(), mean.y(), mean.yaw(), Eigen::Vector3d(vt, vt, vr).asDiagonal());
+  }
+  Eigen::Matrix<double, 6, 1> variances;
+  variances << vt, vt, vt, vr, vr, vr;
+  return {mean, variances.asDiagonal(), false};
+}
+
+CPose3D pose_between(const TimedPose& before, const TimedPose& after, double time) {
+  const double f = (time - before.time) / (after.time - before.time);
+  const CPose3D step = after.pose - before.pose;
+  const auto part = [f](double angle) { return f * mrpt::math::wrapToPi(angle); };
+  return before.pose + CPose3D(f * step.x(), f * step.y(), f * step.z(), part(step.yaw()),
+                               part(step.pitch()), part(step.roll()));
+}
+
 TableOdometry::TableOdometry(const std::string& path) : path_(path) {
   if (is_tum(path)) {
     poses_ = read_tum(path);
@@ -96,11 +119,7 @@ std::optional<CPose3D> TableOdometry::at(double time) {
   frame_ = is_new_ && time == before_->time ? resets_ - 1 : resets_;
   if (time == before_->time) return before_->pose;
   if (!after_) return std::nullopt;
-  const double f = (time - before_->time) / (after_->time - before_->time);
-  const CPose3D step = after_->pose - before_->pose;
-  const auto part = [f](double angle) { return f * mrpt::math::wrapToPi(angle); };
-  return before_->pose + CPose3D(f * step.x(), f * step.y(), f * step.z(), part(step.yaw()),
-                                 part(step.pitch()), part(step.roll()));
+  return pose_between(*before_, *after_, time);
 }
 
 void TableOdometry::advance() {

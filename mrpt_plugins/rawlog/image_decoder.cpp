@@ -24,7 +24,8 @@ namespace {
 constexpr ParserLimits kLimits{std::uint64_t{512} << 20, 0};
 constexpr int kPatience = 20;  // for one picture [s]
 constexpr std::size_t kMostLost = 10;
-constexpr int kTallest = 100000;  // rows of a small picture
+constexpr int kTallest = 100000;  // rows
+constexpr std::size_t kMostPixels = std::size_t{1} << 26;
 
 /// Two ends of a connection; signals of a broken one are left out, unlike those of a pipe.
 struct Sockets {
@@ -52,11 +53,10 @@ struct Sockets {
   int ours = -1, theirs = -1;
 };
 
-}  // namespace
-
-class ImageDecoder::Process {
+/// One process, until it is of no use any more.
+class Attempt {
  public:
-  explicit Process(int width)
+  explicit Attempt(int width)
       : process_(sockets_.theirs, {[width] { return decode_pictures(kLimits, width); },
                                    [width] { return decoder_command(kLimits, width); }}) {
     sockets_.close_theirs();
@@ -93,37 +93,75 @@ class ImageDecoder::Process {
   std::string got_, answer_;
 };
 
-ImageDecoder::ImageDecoder(int width) : width_(width) {}
+struct Pixels {
+  int width = 0, height = 0;
+  std::string bytes;
+};
+
+}  // namespace
+
+/// A process that decodes, followed by another one where it ends.
+class DecodingProcess {
+ public:
+  /// Of depth images if `width` is 0, as decode_pictures() has it.
+  explicit DecodingProcess(int width) : width_(width) {}
+
+  std::optional<Pixels> decode(std::string_view bytes) {
+    if (lost_ >= kMostLost) return std::nullopt;
+    if (!attempt_) attempt_ = std::make_unique<Attempt>(width_);
+    std::optional<Pixels> pixels = ask(bytes);
+    if (!pixels) {
+      attempt_.reset();
+      ++lost_;
+      return std::nullopt;
+    }
+    if (pixels->width == 0) return std::nullopt;
+    return pixels;
+  }
+
+ private:
+  /// Without pixels where the bytes are no picture; nothing if the process is of no use any more.
+  std::optional<Pixels> ask(std::string_view bytes) {
+    const std::uint64_t size = bytes.size();
+    const std::string_view head(reinterpret_cast<const char*>(&size), sizeof(size));
+    std::array<std::int32_t, 2> shape{};
+    if (!attempt_->send(head) || !attempt_->send(bytes) || !attempt_->receive(sizeof(shape))) {
+      return std::nullopt;
+    }
+    std::memcpy(shape.data(), attempt_->take(sizeof(shape)).data(), sizeof(shape));
+    const auto [width, height] = shape;
+    const int widest = width_ > 0 ? width_ : kTallest;
+    if (width < 0 || height < 0 || width > widest || height > kTallest) return std::nullopt;
+    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    const std::size_t count = (width_ > 0 ? 3 : 2) * pixels;
+    if (pixels > kMostPixels || !attempt_->receive(count)) return std::nullopt;
+    return Pixels{width, height, attempt_->take(count)};
+  }
+
+  int width_;
+  std::unique_ptr<Attempt> attempt_;
+  std::size_t lost_ = 0;  // processes that ended before they were asked to
+};
+
+ImageDecoder::ImageDecoder(int width) : process_(std::make_unique<DecodingProcess>(width)) {}
 ImageDecoder::~ImageDecoder() = default;
 
 std::optional<Image> ImageDecoder::decode(std::string_view bytes) {
-  if (lost_ >= kMostLost) return std::nullopt;
-  if (!process_) process_ = std::make_unique<Process>(width_);
-  std::optional<Image> image = attempt(bytes);
-  if (!image) {
-    process_.reset();
-    ++lost_;
-    return std::nullopt;
-  }
-  if (image->width == 0) return std::nullopt;
-  return image;
+  const std::optional<Pixels> pixels = process_->decode(bytes);
+  if (!pixels) return std::nullopt;
+  return Image{pixels->width, pixels->height, {pixels->bytes.begin(), pixels->bytes.end()}};
 }
 
-/// Without pixels where the bytes are no picture; nothing if the process is of no use any more.
-std::optional<Image> ImageDecoder::attempt(std::string_view bytes) {
-  const std::uint64_t size = bytes.size();
-  const std::string_view head(reinterpret_cast<const char*>(&size), sizeof(size));
-  std::array<std::int32_t, 2> shape{};
-  if (!process_->send(head) || !process_->send(bytes) || !process_->receive(sizeof(shape))) {
-    return std::nullopt;
-  }
-  std::memcpy(shape.data(), process_->take(sizeof(shape)).data(), sizeof(shape));
-  const auto [width, height] = shape;
-  if (width < 0 || height < 0 || width > width_ || height > kTallest) return std::nullopt;
-  const std::size_t pixels = 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  if (!process_->receive(pixels)) return std::nullopt;
-  const std::string rgb = process_->take(pixels);
-  return Image{width, height, {rgb.begin(), rgb.end()}};
+DepthDecoder::DepthDecoder() : process_(std::make_unique<DecodingProcess>(0)) {}
+DepthDecoder::~DepthDecoder() = default;
+
+std::optional<DepthImage> DepthDecoder::decode(std::string_view bytes) {
+  const std::optional<Pixels> pixels = process_->decode(bytes);
+  if (!pixels) return std::nullopt;
+  DepthImage image{pixels->width, pixels->height, {}};
+  image.depths.resize(pixels->bytes.size() / sizeof(std::uint16_t));
+  std::memcpy(image.depths.data(), pixels->bytes.data(), pixels->bytes.size());
+  return image;
 }
 
 }  // namespace hybrid

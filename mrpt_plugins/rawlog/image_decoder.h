@@ -3,22 +3,24 @@
 
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string_view>
 
 #include "libhybrid/export.h"
 #include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/drawing/photograph.h"
 
 namespace HYBRID_API hybrid {
+
+class DecodingProcess;
 
 /// Makes small pictures of the bytes of picture files in a process of its own, which is confined as
 /// that which parses logs (sandbox.h): what a decoder can be led to by bytes of somebody else ends
 /// there. One process serves many pictures, one after the other.
 class ImageDecoder {
  public:
-  /// Pictures will be at most `width` pixels wide.
+  /// Pictures will be at most `width` pixels wide, at least one.
   explicit ImageDecoder(int width);
   ~ImageDecoder();
 
@@ -29,12 +31,20 @@ class ImageDecoder {
   std::optional<Image> decode(std::string_view bytes);
 
  private:
-  class Process;
-  std::optional<Image> attempt(std::string_view bytes);
+  std::unique_ptr<DecodingProcess> process_;
+};
 
-  int width_;
-  std::unique_ptr<Process> process_;
-  std::size_t lost_ = 0;  // processes that ended before they were asked to
+/// The same for depth images, which keep their size.
+class DepthDecoder {
+ public:
+  DepthDecoder();
+  ~DepthDecoder();
+
+  /// Nothing also where an image has more than 2^26 pixels.
+  std::optional<DepthImage> decode(std::string_view bytes);
+
+ private:
+  std::unique_ptr<DecodingProcess> process_;
 };
 
 }  // namespace hybrid

@@ -104,12 +104,34 @@ std::string_view bytes_of(const Number& number) {
   return {reinterpret_cast<const char*>(&number), sizeof(number)};
 }
 
-Image small_picture(const std::string& bytes, int width) try {
-  return shrunk(decoded(bytes), width);
+/// Columns, rows and pixels, as they are sent.
+std::string to_bytes(int width, int height, std::string_view pixels) {
+  std::string out(bytes_of(static_cast<std::int32_t>(width)));
+  out += bytes_of(static_cast<std::int32_t>(height));
+  return out += pixels;
+}
+
+template <class Pixel>
+std::string_view bytes_of(const std::vector<Pixel>& pixels) {
+  return {reinterpret_cast<const char*>(pixels.data()), pixels.size() * sizeof(Pixel)};
+}
+
+std::string small_picture(const std::string& bytes, int width) {
+  const Image small = shrunk(decoded(bytes), width);
+  return to_bytes(small.width, small.height, bytes_of(small.rgb));
+}
+
+std::string depth_image(const std::string& bytes) {
+  const DepthImage image = decoded_depths(bytes);
+  return to_bytes(image.width, image.height, bytes_of(image.depths));
+}
+
+std::string picture(const std::string& bytes, int width) try {
+  return width > 0 ? small_picture(bytes, width) : depth_image(bytes);
 } catch (const std::bad_alloc&) {
   throw;
 } catch (const std::exception&) {
-  return {};
+  return to_bytes(0, 0, {});
 }
 
 }  // namespace
@@ -138,10 +160,7 @@ int decode_pictures(const ParserLimits& limits, int width) try {
     const std::string head = read_bytes(sizeof(size));
     if (head.size() < sizeof(size)) return 0;
     std::memcpy(&size, head.data(), sizeof(size));
-    const Image small = small_picture(read_bytes(size), width);
-    write_pipe(bytes_of(static_cast<std::int32_t>(small.width)));
-    write_pipe(bytes_of(static_cast<std::int32_t>(small.height)));
-    write_pipe({reinterpret_cast<const char*>(small.rgb.data()), small.rgb.size()});
+    write_pipe(picture(read_bytes(size), width));
   }
 } catch (const std::bad_alloc&) {
   return kOutOfMemoryCode;

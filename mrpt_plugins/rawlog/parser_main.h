@@ -23,8 +23,8 @@ int parse_into_pipe(const ParserLimits& limits, const LogRequest& request);
 
 /// Confines this process, and makes of the bytes of picture files, each behind its length (64
 /// bits), small pictures of at most `width` pixels in a row: two numbers of 32 bits, columns and
-/// rows, and three bytes for each pixel; 0 and 0 where the bytes are no picture. Returns the exit
-/// code.
+/// rows, and three bytes for each pixel; 0 and 0 where the bytes are no picture. Of depth images,
+/// at their own size, with two bytes for each pixel, where `width` is 0. Returns the exit code.
 int decode_pictures(const ParserLimits& limits, int width);
 
 /// Command line of the program hybrid-rawlog-reader, which stands beside the library of this

@@ -17,10 +17,12 @@ import pathlib
 import re
 import shlex
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path()
@@ -124,6 +126,13 @@ def truth_of_square(name):
     pathlib.Path(name).write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
+def depth_png(width, height):
+    """A PNG file of 16 bits, all 0."""
+    chunks = ((b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)), (b"IDAT", zlib.compress(bytes((1 + 2 * width) * height))), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content)) for kind, content in chunks)
+
+
 def make_files():
     """The files that pages name: those of the repository, and stand-ins."""
     os.symlink(ROOT / "config", "config")
@@ -156,6 +165,13 @@ def make_files():
     pathlib.Path("labels/classes.txt").write_text("car\ntree\n", encoding="utf-8")
     for image in range(1, 30):
         pathlib.Path(f"labels/left_{image:06}.txt").write_text("1 0.4 0.5 0.05 0.3 0.9\n", encoding="utf-8")
+    # Clouds of four points, and depth images without a return.
+    for folder, ending, content in (("velodyne", "bin", struct.pack("<16f", *range(16))), ("depth", "png", depth_png(4, 2))):
+        os.mkdir(folder)
+        for i in range(4):
+            pathlib.Path(folder, f"{i}.{ending}").write_bytes(content)
+    for name in ("odometry.txt", "truth.txt", "poses.txt"):
+        pathlib.Path(name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(4)), encoding="utf-8")
     # A laser in a corridor of 10 m.
     pathlib.Path("my_bag.clf").write_text("".join(
         "FLASER 181 " + " ".join(f"{1 / max(abs(math.sin(math.radians(a))), 0.1):.3f}" for a in range(-90, 91))

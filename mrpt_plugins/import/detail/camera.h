@@ -17,6 +17,16 @@ namespace hybrid {
 // Camera frames: z ahead, x to the right, y down. Robot frames: x ahead, y to the left, z up. The
 // functions below convert from camera to robot frames.
 
+/// The pose in a row-major 3x4 matrix in 12 columns of a row from `first` on, in its own axes.
+/// Throws Error if its rotation is not one within 1e-3.
+mrpt::poses::CPose3D matrix_pose(const TextRow& row, std::size_t first);
+/// The same of a rotation and a translation that were read up to word `i` of a row.
+mrpt::poses::CPose3D matrix_pose(const Eigen::Matrix3d& R, const Eigen::Vector3d& t,
+                                 const TextRow& row, std::size_t i);
+
+/// The pose of one robot frame in another, from that of the camera frames.
+mrpt::poses::CPose3D robot_pose(const mrpt::poses::CPose3D& camera);
+
 /// The pose of one robot frame in another, from that of the camera frames: a row-major 3x4 matrix
 /// in the 12 columns from `first` on. Throws Error if its rotation is not one within 1e-3.
 mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first);

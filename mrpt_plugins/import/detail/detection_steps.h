@@ -22,22 +22,6 @@
 
 namespace hybrid {
 
-inline OdometryIncrement motion_of_table(const mrpt::poses::CPose3D& from,
-                                         const mrpt::poses::CPose3D& to, bool is_3d,
-                                         const DetectionTablesOptions& options) {
-  constexpr double kLeast = 1e-6;
-  const mrpt::poses::CPose3D mean = to - from;
-  const double way = mean.norm();
-  const double vt = kLeast + options.walk_translation * options.walk_translation * way;
-  const double vr = kLeast + options.walk_rotation * options.walk_rotation * way;
-  if (!is_3d) {
-    return planar_motion(mean.x(), mean.y(), mean.yaw(), Eigen::Vector3d(vt, vt, vr).asDiagonal());
-  }
-  Eigen::Matrix<double, 6, 1> variances;
-  variances << vt, vt, vt, vr, vr, vr;
-  return {mean, variances.asDiagonal(), false};
-}
-
 /// Collects the detections of one time and adds them to the log as a step; satellite fixes between
 /// become steps of their own.
 class DetectionSteps {
@@ -137,7 +121,8 @@ class DetectionSteps {
     if (odometry_.resets() > resets_) {
       log_.drop(OdometryReset::kDropped);
     } else if (last_) {
-      step.motion = motion_of_table(*last_, *pose, odometry_.is_3d(), options_);
+      step.motion = wandering_motion(*last_, *pose, odometry_.is_3d(), options_.walk_translation,
+                                     options_.walk_rotation);
     }
     resets_ = odometry_.resets();
     last_ = pose;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ struct ImageBoxes {
   /// Throws Error if an image of another name has the number.
   void add(const std::string& path, std::int64_t image, const std::string& name);
 };
+
+/// The time [s] that a name is, in seconds with decimals or in whole s, ms, us or ns since 1970.
+std::optional<double> stamp_in(const std::string& name);
 
 /// The boxes of a folder of YOLO, of COCO results or of det.txt of MOT, in the order of the images.
 ImageBoxes read_image_boxes(const DetectionTablesOptions& options);

@@ -27,6 +27,13 @@ inline const ColumnAliases kColumnAliases{
     {"anchor", "id"},   {"tag", "id"},         {"tag_id", "id"},         {"marker", "id"},
     {"marker_id", "id"}};
 
+/// A motion by odometry that wanders by so much [m, rad] per square root of a metre of way.
+OdometryIncrement wandering_motion(const mrpt::poses::CPose3D& from, const mrpt::poses::CPose3D& to,
+                                   bool is_3d, double walk_translation, double walk_rotation);
+
+/// The pose at a time between two others, of which the second is later.
+mrpt::poses::CPose3D pose_between(const TimedPose& before, const TimedPose& after, double time);
+
 /// The odometry, interpolated at times that do not fall. Where several poses have one time stamp,
 /// the first ends the motion before it and the last begins that after it.
 class TableOdometry {

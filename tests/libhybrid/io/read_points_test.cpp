@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -79,6 +80,58 @@ TEST_F(ReadPoints, PcdText) {
   EXPECT_EQ(read.left_out, 1u);
 }
 
+const std::string kPcdFields =
+    "VERSION 0.7\nFIELDS ring x y z\nSIZE 2 4 4 8\nTYPE U F F F\nCOUNT 2 1 1 1\nWIDTH 2\nHEIGHT "
+    "1\n";
+
+TEST_F(ReadPoints, PcdBinary) {
+  std::string pcd = kPcdFields + "DATA binary\n";
+  for (const Eigen::Vector3d& p : kExpected) {
+    pcd += bytes<short>(1, false) + bytes<short>(2, false) + bytes(float(p.x()), false) +
+           bytes(float(p.y()), false) + bytes(p.z(), false);
+  }
+  EXPECT_EQ(read_points(write("b.pcd", pcd)).points, kExpected);
+  EXPECT_TRUE(has(error("c.pcd", pcd.substr(0, pcd.size() - 3)), "the file ends after 1"));
+}
+
+/// Blocks of LZF that copy nothing.
+std::string literals(const std::string& raw) {
+  std::string out;
+  for (std::size_t at = 0; at < raw.size(); at += 32) {
+    const std::string part = raw.substr(at, 32);
+    out += static_cast<char>(part.size() - 1);
+    out += part;
+  }
+  return out;
+}
+
+TEST_F(ReadPoints, PcdCompressed) {
+  // Eight bytes of rings, of which the second half copies the first, then all x, all y, all z.
+  std::string raw;
+  for (const Eigen::Vector3d& p : kExpected) raw += bytes(float(p.x()), false);
+  for (const Eigen::Vector3d& p : kExpected) raw += bytes(float(p.y()), false);
+  for (const Eigen::Vector3d& p : kExpected) raw += bytes(p.z(), false);
+  const std::string rings = literals("ring") + std::string("\x40\x03", 2);
+  const auto file = [&](const std::string& packed, std::uint32_t size) {
+    return kPcdFields + "DATA binary_compressed\n" +
+           bytes(static_cast<std::uint32_t>(packed.size()), false) + bytes(size, false) + packed;
+  };
+  const std::string packed = rings + literals(raw);
+  EXPECT_EQ(read_points(write("a.pcd", file(packed, 40))).points, kExpected);
+  EXPECT_TRUE(has(error("b.pcd", file(packed, 41)), "does not have the size that it states"));
+  EXPECT_TRUE(has(error("b.pcd", file(packed, 0xffffffff)), "does not have the size"));
+  EXPECT_TRUE(has(error("b.pcd", file(literals(raw), 32)), "2 points of 20 bytes"));
+  EXPECT_TRUE(has(error("b.pcd", file("\x40\x03" + packed, 40)), "data is damaged"));
+  EXPECT_TRUE(has(error("b.pcd", file(packed.substr(0, 20), 40)), "data is damaged"));
+  const std::string whole = file(packed, 40);
+  EXPECT_TRUE(has(error("b.pcd", whole.substr(0, whole.size() - 1)), "ends early"));
+}
+
+TEST_F(ReadPoints, CloudsMayBeEmpty) {
+  EXPECT_TRUE(read_cloud(write("a.xyz", "")).points.empty());
+  EXPECT_EQ(read_cloud(write("a.xyz", "nan 1 2\n")).left_out, 1U);
+}
+
 TEST_F(ReadPoints, SaysWhatIsWrongAndWhere) {
   EXPECT_TRUE(has(error("a.obj", "1 2 3\n"), "unknown kind of point cloud"));
   EXPECT_TRUE(has(error("a.xyz", ""), "holds no point"));
@@ -97,7 +150,11 @@ TEST_F(ReadPoints, SaysWhatIsWrongAndWhere) {
   EXPECT_TRUE(has(error("a.ply", "ply\nformat ascii 1.0\n"), "ends inside the header"));
   EXPECT_TRUE(has(error("a.ply", "ply\nformat ascii 1.0\nelement face 1\nend_header\n1\n"),
                   "no element 'vertex'"));
-  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA binary\n"), "only 'DATA ascii'"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA binary\n"), "SIZE or TYPE"));
+  EXPECT_TRUE(
+      has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA zip\n"), "a.pcd:3:6: 'zip' is none"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nSIZE 4 4 3\nTYPE F F F\nPOINTS 1\nDATA binary\n"),
+                  "field 'z' has 3 bytes of type 'F'"));
   EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 2\nDATA ascii\n1 2 3\n"),
                   "says 2 points, the file ends after 1"));
   EXPECT_TRUE(has(error("a.pcd", "FIELDS x y\nPOINTS 1\nDATA ascii\n1 2\n"), "no x, y and z"));

@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <vector>
+
+#include "tests/support/depth_png.h"
 
 namespace hybrid {
 namespace {
@@ -51,6 +54,20 @@ TEST(ImageDecoder, WhatIsNoPictureEndsNothing) {
     EXPECT_EQ(after->width, 30);
   }
   EXPECT_FALSE(decoder.decode(std::string(5000, 'x')));
+}
+
+TEST(DepthDecoder, KeepsAllBits) {
+  DepthDecoder decoder;
+  const std::vector<std::uint16_t> depths{0, 1, 255, 256, 65535, 1000};
+  const std::string whole = depth_png(3, depths);
+  for (const std::string& bytes : {whole, whole.substr(0, 50), png(red(30, 30)), whole}) {
+    const auto image = decoder.decode(bytes);
+    ASSERT_EQ(image.has_value(), bytes == whole);
+    if (!image) continue;
+    EXPECT_EQ(image->width, 3);
+    EXPECT_EQ(image->height, 2);
+    EXPECT_EQ(image->depths, depths);
+  }
 }
 
 }  // namespace

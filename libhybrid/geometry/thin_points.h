@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+
+#include "libhybrid/geometry/points.h"
+
+namespace HYBRID_API hybrid {
+
+/// At most `most` of the points, all where they are no more: the first in each voxel, in their
+/// order. The voxels are as small as that allows, of edges a factor of 2^(1/8) apart, from 1 mm on,
+/// and begin at the least coordinates of the cloud. All points are finite.
+Points thin_points(const Points& points, std::size_t most);
+
+}  // namespace hybrid
