@@ -24,7 +24,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Points read_cloud(const std::string& path) {
+Points read_input(const std::string& path) {
   PointFile file = read_point_source(path);
   if (file.left_out > 0) {
     complain("hybrid-register: {}: {} points that are not finite were left out\n", path,
@@ -140,7 +140,7 @@ int run(const Options& options) {
   settings.threads = options.threads;
   if (!options.search) settings.convincing_share = 0.0;
   if (!options.start.empty()) settings.start = read_transform(options.start);
-  Points source = read_cloud(options.source), target = read_cloud(options.target);
+  Points source = read_input(options.source), target = read_input(options.target);
   const RegistrationResult result = about({options.source + " onto " + options.target}, [&] {
     return register_clouds(source, target, settings);
   });

@@ -56,7 +56,7 @@ std::string errors_of_robots(const std::vector<RobotSummary>& robots) {
 /// What a first look at a result asks: how long, how good, and where in a given map.
 std::string first_words(const Summary& s) {
   std::string text = fmt::format("{} keyframes, ", s.keyframes);
-  if (s.landmarks > 0 || s.statistics.count("scans") == 0) {
+  if (s.landmarks > 0 || (s.statistics.count("scans") == 0 && s.statistics.count("clouds") == 0)) {
     text += fmt::format("{} landmarks, ", s.landmarks);
   }
   text += fmt::format("path {:.4g} m, health {}", s.path_m, to_string(worst(s.health)));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/association/prediction.h"
+#include "libhybrid/clouds/cloud_view.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/scans/laser_scan.h"
@@ -71,6 +72,21 @@ struct PlacedScan {
 /// The same of planar scans: whether rays towards a place end at the surface that was measured
 /// there, or go through it. Rays that end before it tell nothing.
 Agreement agreement_of_scans(std::vector<PlacedScan> scans, const AgreementOptions& options = {});
+
+/// A cloud laid out by a path; its view must outlive the call.
+struct PlacedCloud {
+  double time = 0;  ///< [s]
+  int robot = 0;
+  SE3 T_map_robot;
+  const CloudView* view = nullptr;
+
+  Eigen::Vector3d sensor() const { return T_map_robot * view->sensor().cast<double>(); }
+};
+
+/// The same of clouds in space, from sensors of that reach [m] (see reach_of). Each is compared
+/// with all others: some hundred are enough.
+Agreement agreement_of_clouds(std::vector<PlacedCloud> clouds, double reach,
+                              const AgreementOptions& options = {});
 
 /// The same of scans in a known map: in place of what they measured much earlier or later, the
 /// surfaces of the map are looked at.

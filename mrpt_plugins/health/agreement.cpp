@@ -81,12 +81,16 @@ std::optional<HealthEntry> map_agreement_health(const Agreement& with_map) {
   return entry;
 }
 
-Health agreement_health(const Agreement& detections, const Agreement& scans) {
+Health agreement_health(const Agreement& detections, const Agreement& scans,
+                        const Agreement& clouds) {
   Health health;
   if (std::isfinite(detections.sigma) && detections.looks > 0) {
     health.push_back(entry_of("Detections", detections));
   }
   if (std::isfinite(scans.sigma) && scans.looks > 0) health.push_back(entry_of("Scans", scans));
+  if (std::isfinite(clouds.sigma) && clouds.looks > 0) {
+    health.push_back(entry_of("Clouds", clouds));
+  }
   if (!health.empty()) return health;
   HealthEntry entry = empty_entry(kName);
   entry.sentence = "Too little was in view again much later to tell whether the path is right.";

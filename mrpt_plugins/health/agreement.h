@@ -13,7 +13,8 @@ namespace HYBRID_API hybrid {
 
 /// Whether what was measured far apart in time agrees in space, an entry for detections and one for
 /// scans; one that is not judged where neither was seen again.
-Health agreement_health(const Agreement& detections, const Agreement& scans);
+Health agreement_health(const Agreement& detections, const Agreement& scans,
+                        const Agreement& clouds = {});
 
 /// Whether scans show the surfaces of the map that a session is in; nothing where none was in view.
 std::optional<HealthEntry> map_agreement_health(const Agreement& with_map);

@@ -53,6 +53,20 @@ void check_wheels(const RunFacts& facts, Health& health) {
 
 }  // namespace
 
+void check_clouds(const RunFacts& facts, Health& health) {
+  const auto clouds = static_cast<std::size_t>(facts.figure("clouds"));
+  if (clouds < kFewestScans) return;
+  health.push_back(share_entry(
+      "clouds that see nothing", static_cast<std::size_t>(facts.figure("clouds_blind")), clouds,
+      kSeeNothingLimits, "clouds show hardly a surface: there the path is by odometry alone",
+      "which points of the log are valid, and the number of rings: one ring shows no surface"));
+  health.push_back(share_entry(
+      "clouds that agree with nothing", static_cast<std::size_t>(facts.figure("clouds_lost")),
+      clouds, kAgreeWithNothingLimits, "clouds agree with no local map",
+      "clouds that are missing or of another sensor; its pose on the "
+      "robot; odometry, without which turns between clouds must be small"));
+}
+
 void check_scans(const RunFacts& facts, Health& health) {
   const auto count = [&](const char* name) { return static_cast<std::size_t>(facts.figure(name)); };
   const std::size_t scans = count("scans");

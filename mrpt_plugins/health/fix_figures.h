@@ -17,7 +17,7 @@ struct FixFigures {
   std::size_t used = 0;   ///< in the map, each good, biased or false
   std::size_t good = 0, biased = 0, wrong = 0;
   std::map<std::string, std::size_t> wrong_of;  ///< of each receiver in the map, by label
-  bool asks_modes = false;  ///< else all of the map are called good
+  bool asks_modes = false;                      ///< else all of the map are called good
   std::size_t bias_runs = 0;
   double longest_bias = 0;  ///< run of biased fixes [s]
   double bias_share = 0;    ///< of the time, within such runs

@@ -118,8 +118,7 @@ void check_fixes(const RunFacts& facts, Health& health) {
   const double share =
       fixes.used > 0 ? static_cast<double>(fixes.wrong) / static_cast<double>(fixes.used) : 0;
   health.push_back(
-      fix_entry("false fixes", share, kFalseLimits, fixes,
-                wrong_fixes(fixes),
+      fix_entry("false fixes", share, kFalseLimits, fixes, wrong_fixes(fixes),
                 "clock of the receiver, and where its antenna is on the robot; the path, which "
                 "other checks ask about; [Fixes] sigma, if all fixes scatter by more"));
   health.push_back(fix_entry(

@@ -126,6 +126,7 @@ Health run_health(const RunToJudge& run) {
   check_landmarks(facts, health);
   check_detections(facts, health);
   check_scans(facts, health);
+  check_clouds(facts, health);
   check_fixes(facts, health);
   check_path(facts, health);
   check_residuals(facts, health);

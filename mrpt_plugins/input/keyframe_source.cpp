@@ -13,6 +13,7 @@
 
 #include "libhybrid/uncertainty/sensor_alignment.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/input/clouds.h"
 
 namespace hybrid {
 namespace {
@@ -222,6 +223,9 @@ bool KeyframeSource::is_3d() {
     for (const DetectionFrame& frame : keyframe.detections) {
       if (frame.detections.empty()) continue;
       sensors[frame.sensor_label].add(frame.is_3d || is_tilted(frame.T_robot_sensor));
+    }
+    for (const auto& observation : keyframe.observations) {
+      if (is_cloud(*observation)) sensors[observation->sensorLabel].add(true);
     }
   }
   return odometry.is_space() || std::any_of(sensors.begin(), sensors.end(), [](const auto& sensor) {

@@ -77,8 +77,9 @@ class KeyframeSource {
   std::optional<Keyframe> next();
 
   /// Whether the map is 3-D. Unless set by the options, it is if odometry or a sensor (tilted, or
-  /// measuring pitch) is 3-D in more than half of the first 100 keyframes that have it. A single
-  /// damaged entry therefore does not decide; plugins drop and count what does not fit the map.
+  /// measuring pitch, or seeing clouds) is 3-D in more than half of the first 100 keyframes that
+  /// have it. A single damaged entry therefore does not decide; plugins drop and count what does
+  /// not fit the map.
   bool is_3d();
 
   LogStatus status() const { return reader_.status(); }

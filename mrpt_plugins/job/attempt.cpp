@@ -14,6 +14,7 @@
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/health/agreement.h"
+#include "mrpt_plugins/job/detail/cloud_archive.h"
 #include "mrpt_plugins/job/detail/movie.h"
 #include "mrpt_plugins/job/detail/result_files.h"
 #include "mrpt_plugins/job/detail/run_report.h"
@@ -193,12 +194,19 @@ void take_photographs(const ReplayRequest& request, ReplaySettings& settings) {
   settings.robots.front().source.reader.request.classes.emplace_back(kPhotographClass);
 }
 
+/// What the sensors of a run measured, to judge its path by.
+struct Measured {
+  DetectionArchive detections;
+  CloudArchive clouds;
+};
+
 /// What is done after each keyframe.
 Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, RunReport& report,
-                     ScanOutputs& scans, DetectionArchive& detections) {
+                     ScanOutputs& scans, Measured& measured) {
   return [&, keyframes = std::size_t{0}](const StepRecord& step, const Keyframe& keyframe) mutable {
     scans.added(step, keyframe);
-    detections.add(static_cast<std::size_t>(step.keyframe), keyframe);
+    measured.detections.add(static_cast<std::size_t>(step.keyframe), keyframe);
+    measured.clouds.add(static_cast<std::size_t>(step.keyframe), keyframe);
     ++keyframes;
     std::string line = report.watch(session.mapper(), step, keyframe);
     if (watchers.progress) {
@@ -252,10 +260,11 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
 }
 
 /// Of what was measured, over time and with the map.
-Health agreements(std::vector<PlacedDetections> detections, const std::vector<PlacedScan>& scans,
-                  const Agreement& with_map) {
-  Health out =
-      agreement_health(agreement_of_detections(std::move(detections)), agreement_of_scans(scans));
+Health agreements(const Measured& measured, const std::vector<PlacedScan>& scans,
+                  const Agreement& with_map, const Mapper& mapper, const Trajectory& path) {
+  Health out = agreement_health(
+      agreement_of_detections(measured.detections.placed(mapper, path)), agreement_of_scans(scans),
+      agreement_of_clouds(measured.clouds.placed(mapper, path), measured.clouds.reach()));
   if (auto entry = map_agreement_health(with_map)) out.push_back(std::move(*entry));
   return out;
 }
@@ -279,11 +288,11 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   session.begin();
   RunReport report(request, settings, out);
   ScanOutputs scans(settings.keeps_scans, session.plugins());
-  DetectionArchive detections;
+  Measured measured;
   report.begin(session.mapper(), settings.title);
   session.mapper().limit_work(conditions.most_work);
   try {
-    session.map(watch(session, watchers, movie, report, scans, detections));
+    session.map(watch(session, watchers, movie, report, scans, measured));
   } catch (const TooMuchWork&) {
     return {request, {}, {}, false, false, false, session.mapper().work()};
   }
@@ -302,7 +311,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   scans.draw(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
   Attempt made = judged(request, settings, session, result, out, conditions,
-                        agreements(detections.placed(mapper, result.trajectory), placed, with_map));
+                        agreements(measured, placed, with_map, mapper, result.trajectory));
   Summary& summary = made.outcome.summary;
   if (!made.is_written) return made;
   tell_findings(settings, summary);

@@ -41,6 +41,13 @@ std::string why_empty(const Mapper& mapper, const Summary& summary) {
         "was dropped tells why",
         fixes->second);
   }
+  const auto clouds = figures.find("clouds");
+  if (clouds != figures.end()) {
+    return fmt::format(
+        "nothing was mapped: of {:.0f} clouds {:.0f} show no surface, and {:.0f} agree with none "
+        "before them",
+        clouds->second, figures.at("clouds_blind"), figures.at("clouds_lost"));
+  }
   const auto scans = figures.find("scans");
   if (scans == figures.end() || scans->second == 0) {
     return "no landmark was mapped: " + why_nothing_mapped(summary.observations);

@@ -13,6 +13,7 @@
 #include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/job/detail/cloud_outputs.h"
 #include "mrpt_plugins/map_file/stored_views.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/output/closure_csv.h"
@@ -90,6 +91,7 @@ void ScanOutputs::finish(MapResult& result) {
 }
 
 void ScanOutputs::draw(MapResult& result, const MapRecord& known) const {
+  add_clouds(plugins_, result);
   if (!archive_) return;
   GridMap grid = draw_grid(stored_views(known), drawn_, result.trajectory);
   if (!grid.empty()) result.grid = std::make_shared<const GridMap>(std::move(grid));
@@ -113,8 +115,9 @@ std::vector<PlacedScan> ScanOutputs::placed(const Mapper& mapper,
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,
                                             const Mapper& mapper) const {
   std::vector<std::string> warnings;
+  write_clouds(out, plugins_, result);
   if (!closures_.empty()) out.write("loops.csv", closures_csv(closures_));
-  if (!result.grid) return warnings;
+  if (!archive_ || !result.grid) return warnings;
   out.write("map.pgm", grid_pgm(*result.grid));
   out.write("map.yaml", grid_yaml(*result.grid, "map.pgm"));
   write_simple_map(out, "map.simplemap", drawn_, result.trajectory, mapper.pose_covariances());

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "libhybrid/closures/closure_decision.h"
+#include "libhybrid/clouds/cloud_points.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/movers/mover.h"
@@ -125,6 +126,8 @@ struct MapResult {
   std::vector<std::vector<double>> mode_probabilities;  ///< of these modes; empty where not known
   std::shared_ptr<const GridMap> grid;  ///< of laser scans; null where none are kept
   std::vector<ScanClosureEstimate> scan_closures;
+  /// What clouds of lidars and depth cameras saw, in the map; null where none were mapped.
+  std::shared_ptr<const std::vector<CloudPoint>> cloud;
 };
 
 /// The poses of one robot.

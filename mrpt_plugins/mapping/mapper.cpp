@@ -68,6 +68,11 @@ bool follow_scans(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
   });
 }
 
+bool tie_keyframes(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
+  return std::any_of(plugins.begin(), plugins.end(),
+                     [](const auto& plugin) { return plugin->ties_keyframes(); });
+}
+
 }  // namespace
 
 Mapper::Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
@@ -128,8 +133,7 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
     report = update(motion.delta, {});
   }
   const bool is_matched = !keyframe.scans.empty() && follow_scans(plugins_);
-  if ((is_matched || fix_source() != nullptr) && backend_->keeps_all()) {
-    // Any later scan may match what this one saw; and errors of fixes tie all keyframes together.
+  if ((is_matched || tie_keyframes(plugins_)) && backend_->keeps_all()) {
     backend_->hold(pose_key(steps_.size()));
   }
   has_motion_ = has_motion_ || keyframe.odometry;
@@ -253,7 +257,8 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
               {},
               {},
               keyframe.fixes,
-              robot_};
+              robot_,
+              keyframe.odometry.has_value()};
   const MapView map = view();
   const MotionCovariance after(*motion.factor, frame.pose, motion.delta.values, backend_->values(),
                                map.covariance_of);

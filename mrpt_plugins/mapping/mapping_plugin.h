@@ -50,6 +50,8 @@ struct Frame {
   /// Fixes of satellite receivers since the keyframe before, in order of time.
   const std::vector<LoggedFix>& fixes = kNoFixes;
   std::size_t robot = 0;  ///< of several, whose keyframe it is
+  /// Whether odometry to it is known; else T_map_robot is the pose before.
+  bool has_odometry = true;
 
   /// The same without MRPT types, for libhybrid.
   KeyframeView view() const {
@@ -85,6 +87,10 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// Whether the plugin uses the scans between keyframes too (Frame::scans). Where all plugins do
   /// and [keyframes] sets no threshold, keyframes are spaced out instead of taking every frame.
   virtual bool takes_scans_between() const { return false; }
+
+  /// Whether later keyframes may be tied to any earlier one: then all stay in the graph of a
+  /// bounded window.
+  virtual bool ties_keyframes() const { return false; }
 
   /// Announces the known landmarks before the first keyframe.
   virtual void adopt(const KnownMap&, bool /*is_3d*/) {}

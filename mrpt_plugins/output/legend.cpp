@@ -150,7 +150,7 @@ void map_legend(Legend& legend, const MapResult& result, const GroundTruth& trut
     legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
     class_legend(legend, result);
   }
-  if (result.grid) legend.line("wall, by laser scans", {map_style::kWall, 3});
+  if (result.grid) legend.line("wall, by scans or clouds", {map_style::kWall, 3});
   if (!result.movers.empty()) {
     legend.line(fmt::format("moving ({})", result.movers.size()), map_style::kMover);
   }

@@ -22,6 +22,7 @@ class Fixes : public MappingPlugin, public FixSource {
   void configure(IniSection section) override;
   std::vector<std::string> uses() const override { return {"CObservationGPS"}; }
   bool takes_scans_between() const override { return true; }
+  bool ties_keyframes() const override { return true; }  // by errors that last
   Contribution observe(const Frame& frame, const MapView& map) override;
   Contribution revise(const MapView& map) override { return mapper_.revise(map); }
   Contribution conclude(const MapView& map) override;

@@ -184,35 +184,31 @@ void LaserScans::add_place(const Robot& robot, const ScanClosure& closure, const
       place, robot.keys[closure.to], found.motion, Noise::covariance(found.covariance)));
 }
 
-/// Closures accepted since the last time come in, those no longer accepted go out.
-void LaserScans::follow_closures(std::size_t number, const MapView& map, Contribution& out) {
-  Robot& robot = robots_.at(number);
-  const std::vector<ScanClosure>& all = robot.mapper.closures();
-  robot.closures.resize(all.size());
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const bool accepted = robot.mapper.status(k) == ClosureStatus::kAccepted;
-    if (accepted == robot.closures[k].has_value()) continue;
-    if (!accepted) {
-      if (!map.keeps_all) continue;
-      out.delta.remove.push_back(*robot.closures[k]);
-      leaving_.push_back({number, k, 0});
-      continue;
-    }
-    const ScanClosure& closure = all[k];
-    const Key to = robot.keys[closure.to];
-    const bool is_newest = !concluded_ && to == robot.keys.back();
-    if (!is_newest && !map.holds(to)) continue;
-    if (closure.is_stored) {
-      if (map.is_3d) continue;
-      add_place(robot, closure, map, out);
-    } else {
-      if (!map.holds(robot.keys[closure.from])) continue;
-      add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map,
-                 out);
-    }
-    asked_.push_back({number, k, out.delta.continuous.size() - 1});
-    out.settle = true;
+/// Adds the factor of a closure, where the map has its keyframes.
+bool LaserScans::add_closure(const Robot& robot, std::size_t k, const MapView& map,
+                             Contribution& out) const {
+  const ScanClosure& closure = robot.mapper.closures()[k];
+  const Key to = robot.keys[closure.to];
+  const bool is_newest = !concluded_ && to == robot.keys.back();
+  if (!is_newest && !map.holds(to)) return false;
+  if (closure.is_stored) {
+    if (map.is_3d) return false;
+    add_place(robot, closure, map, out);
+    return true;
   }
+  if (!map.holds(robot.keys[closure.from])) return false;
+  add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map, out);
+  return true;
+}
+
+/// Closures accepted since the last time come in, those no longer accepted go out.
+void LaserScans::follow_closures(Robot& robot, const MapView& map, Contribution& out) const {
+  std::vector<bool> accepted(robot.mapper.closures().size());
+  for (std::size_t k = 0; k < accepted.size(); ++k) {
+    accepted[k] = robot.mapper.status(k) == ClosureStatus::kAccepted;
+  }
+  const auto add = [&](std::size_t k, Contribution& to) { return add_closure(robot, k, map, to); };
+  robot.factors.follow(accepted, add, map.keeps_all, out);
 }
 
 void LaserScans::expect(std::size_t robot, bool has_odometry) {
@@ -224,17 +220,15 @@ void LaserScans::expect(std::size_t robot, bool has_odometry) {
 
 /// Whether a closure is accepted and in the map, where a window may have no room for it.
 bool LaserScans::is_accepted(const Robot& robot, std::size_t closure) const {
-  return robot.mapper.status(closure) == ClosureStatus::kAccepted &&
-         closure < robot.closures.size() && robot.closures[closure];
+  return robot.mapper.status(closure) == ClosureStatus::kAccepted && robot.factors.has(closure);
 }
 
-void LaserScans::forget_asked() {
-  asked_.clear();
-  leaving_.clear();
+void LaserScans::refused() {
+  for (auto& [number, robot] : robots_) robot.factors.forget();
 }
 
 Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
-  forget_asked();
+  refused();  // what was asked before is settled
   motion_.reset();
   Robot& robot = robots_.try_emplace(robot_, options_).first->second;
   Contribution out;
@@ -252,26 +246,22 @@ Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
   if (tracked.match && map.holds(robot.keys[tracked.match->from])) {
     add_factor(robot, *tracked.match, tracked.keyframe, map, out);
   }
-  follow_closures(robot_, map, out);
+  follow_closures(robot, map, out);
   return out;
 }
 
 void LaserScans::applied(const Outcome& outcome) {
-  for (const Asked& asked : asked_) {
-    robots_.at(asked.robot).closures[asked.closure] = outcome.handles.continuous[asked.factor];
-  }
-  for (const Asked& gone : leaving_) robots_.at(gone.robot).closures[gone.closure].reset();
-  forget_asked();
+  for (auto& [number, robot] : robots_) robot.factors.applied(outcome);
 }
 
 Contribution LaserScans::conclude(const MapView& map) {
-  forget_asked();
+  refused();
   Contribution out;
   const bool is_first = !concluded_;
   concluded_ = true;
   for (auto& [number, robot] : robots_) {
     if (is_first) robot.mapper.finish();
-    follow_closures(number, map, out);
+    follow_closures(robot, map, out);
   }
   return out;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libhybrid/scans/scan_mapper.h"
+#include "mrpt_plugins/mapping/closure_factors.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace HYBRID_API hybrid {
@@ -27,7 +28,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
   bool takes_scans_between() const override { return true; }
   Contribution observe(const Frame& frame, const MapView& map) override;
   void applied(const Outcome& outcome) override;
-  void refused() override { forget_asked(); }
+  void refused() override;
   Contribution conclude(const MapView& map) override;
   void expect(std::size_t robot, bool has_odometry) override;
   std::optional<ScanMotion> scan_motion() const override { return motion_; }
@@ -44,17 +45,12 @@ class LaserScans : public MappingPlugin, public ScanFollower {
     explicit Robot(const ScanMapperOptions& options) : mapper(options) {}
 
     ScanMapper mapper;
-    std::vector<Key> keys;                        // of the keyframes of the mapper
-    std::vector<std::optional<Handle>> closures;  // in the map, by closure of the mapper
-    std::size_t matches = 0;                      // of keyframes
-    std::size_t scans = 0, blind = 0;             // tracked, and of these with few returns
+    std::vector<Key> keys;             // of the keyframes of the mapper
+    ClosureFactors factors;            // of its closures
+    std::size_t matches = 0;           // of keyframes
+    std::size_t scans = 0, blind = 0;  // tracked, and of these with few returns
     bool is_next = false;        // the frame before had scans, and odometry from there is known
     bool lost_odometry = false;  // since the last frame with scans
-  };
-  /// A closure whose factor is to come in, or to leave.
-  struct Asked {
-    std::size_t robot = 0, closure = 0;
-    std::size_t factor = 0;  // number of that in the contribution
   };
 
   std::optional<SE2> motion_to(const Robot& robot, const Frame& frame, const MapView& map) const;
@@ -68,16 +64,15 @@ class LaserScans : public MappingPlugin, public ScanFollower {
                   const MapView& map, Contribution& out) const;
   void add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
                  Contribution& out) const;
-  void follow_closures(std::size_t number, const MapView& map, Contribution& out);
+  bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
+                   Contribution& out) const;
+  void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
   bool is_accepted(const Robot& robot, std::size_t closure) const;
-  void forget_asked();
 
   ScanMapperOptions options_;
   std::map<std::size_t, Robot> robots_;
   std::size_t robot_ = 0;             // whose frame it is
   std::optional<ScanMotion> motion_;  // to the frame observed last
-  std::vector<Asked> asked_;          // by the contribution under way, to come in
-  std::vector<Asked> leaving_;        // and to leave
   bool concluded_ = false;
 };
 

@@ -58,7 +58,8 @@ using LogObject =
 /// What is wanted of a log beyond what this program knows: odometry, poses of the robot, bearing
 /// and range, classed bearing and range, ranges to beacons, planar laser scans, satellite fixes.
 struct LogRequest {
-  /// Classes of further observations, with or without namespace.
+  /// Classes of further observations, with or without namespace. For CObservationPointCloud, clouds
+  /// of depth cameras and lidars come as such, too, unless their classes are named.
   std::vector<std::string> classes;
   /// The points of all observations and maps.
   bool points = false;

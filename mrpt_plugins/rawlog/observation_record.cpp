@@ -16,6 +16,7 @@
 #include <memory>
 
 #include "mrpt_plugins/observations/classed_bearing_range.h"
+#include "mrpt_plugins/rawlog/detail/cloud_record.h"
 #include "mrpt_plugins/rawlog/detail/fix_record.h"
 
 namespace hybrid {
@@ -27,8 +28,11 @@ using mrpt::obs::CObservationBeaconRanges;
 using mrpt::obs::CObservationBearingRange;
 using mrpt::obs::CObservationGPS;
 using mrpt::obs::CObservationOdometry;
+using mrpt::obs::CObservationPointCloud;
 using mrpt::obs::CObservationRobotPose;
 using Classed = CObservationClassedBearingRange;
+
+constexpr const char* kCloudClass = "mrpt::obs::CObservationPointCloud";
 
 enum class Form : std::uint8_t {
   kAbsent,
@@ -39,7 +43,8 @@ enum class Form : std::uint8_t {
   kBeacons,
   kScan,
   kRobotPose,
-  kFix
+  kFix,
+  kCloud
 };
 
 void put_count(ByteWriter& out, std::size_t count, const char* what) {
@@ -179,6 +184,10 @@ void read(ByteReader& in, CObservationGPS& o) {
   read_fix(in, o);
 }
 
+void read(ByteReader& in, CObservationPointCloud& o) {
+  read_cloud(in, o);
+}
+
 /// Writes it if it is of class T.
 template <class T>
 bool write_as(Form form, ByteWriter& out, const CObservation& observation) {
@@ -237,6 +246,8 @@ CObservation::Ptr read_content(ByteReader& in, const std::string& class_name,
       return read_as<CObservationRobotPose>(in);
     case Form::kFix:
       return read_as<CObservationGPS>(in);
+    case Form::kCloud:
+      return read_as<CObservationPointCloud>(in);
   }
   throw Error("it has an unknown form");
 }
@@ -249,7 +260,12 @@ void write_observation(ByteWriter& out, const LoggedObservation& observation,
   out.put_text(observation.class_name);
   write_time(out, observation.time);
   out.put_text(content.sensorLabel);
-  if (asked.contain(observation.class_name)) {
+  const bool is_asked = asked.contain(observation.class_name);
+  const bool is_whole = is_asked && observation.class_name != kCloudClass;
+  if (!is_whole && asked.contain(kCloudClass) && is_cloud_of_log(content)) {
+    out.put(static_cast<std::uint8_t>(Form::kCloud));
+    write_cloud(out, content);
+  } else if (is_asked) {
     write_mrpt(out, content);
   } else if (!write_as<CObservationOdometry>(Form::kOdometry, out, content) &&
              !write_as<CObservationBearingRange>(Form::kBearingRange, out, content) &&

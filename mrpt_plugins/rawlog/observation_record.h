@@ -15,7 +15,9 @@ inline constexpr std::size_t kMaxDetections = 100'000;
 
 /// Writes an observation: one of a class that is asked for as MRPT serialises it, of a class that
 /// this program knows number by number (a scan without intensities, a satellite fix with its
-/// messages GGA, RMC and BESTPOS), of any other only its class and time. Throws Error for more than
+/// messages GGA, RMC and BESTPOS), of any other only its class and time. Where
+/// CObservationPointCloud is asked for, all clouds of lidars and depth cameras are given as such,
+/// number by number. Throws Error for more than
 /// kMaxDetections, and what MRPT throws.
 void write_observation(ByteWriter& out, const LoggedObservation& observation,
                        const AskedClasses& asked);

@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kWorthACorrection = 0.02;  // s
 
-NoiseRecord measured_record(const std::string& sensor, const char* kind, const char* unit, double stated,
-                            double measured) {
+NoiseRecord measured_record(const std::string& sensor, const char* kind, const char* unit,
+                            double stated, double measured) {
   NoiseRecord out;
   out.sensor = sensor;
   out.kind = kind;

@@ -35,7 +35,7 @@ class FixSurvey {
   DatumFinder datum_;
   RepeatedFixes repeats_;
   std::map<std::string, Track> tracks_;  // by label
-  DropReport dropped_;  // of which the mapping tells
+  DropReport dropped_;                   // of which the mapping tells
   Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();
   double time_ = 0;
 };

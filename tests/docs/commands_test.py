@@ -133,6 +133,15 @@ def depth_png(width, height):
         struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content)) for kind, content in chunks)
 
 
+def cloud_of_room(x):
+    """The walls of a room of 12 x 8 x 3 m, 0.2 m apart, from a sensor at x, as a file of KITTI."""
+    grid = [[0.2 * i for i in range(n + 1)] for n in (60, 40, 15)]
+    points = [(a, b, c) for a in (0, 12) for b in grid[1] for c in grid[2]]
+    points += [(a, b, c) for a in grid[0] for b in (0, 8) for c in grid[2]]
+    points += [(a, b, c) for a in grid[0] for b in grid[1] for c in (0, 3)]
+    return b"".join(struct.pack("<4f", a - 4 - x, b - 4, c - 1, 0) for a, b, c in points)
+
+
 def make_files():
     """The files that pages name: those of the repository, and stand-ins."""
     os.symlink(ROOT / "config", "config")
@@ -165,11 +174,12 @@ def make_files():
     pathlib.Path("labels/classes.txt").write_text("car\ntree\n", encoding="utf-8")
     for image in range(1, 30):
         pathlib.Path(f"labels/left_{image:06}.txt").write_text("1 0.4 0.5 0.05 0.3 0.9\n", encoding="utf-8")
-    # Clouds of four points, and depth images without a return.
-    for folder, ending, content in (("velodyne", "bin", struct.pack("<16f", *range(16))), ("depth", "png", depth_png(4, 2))):
-        os.mkdir(folder)
-        for i in range(4):
-            pathlib.Path(folder, f"{i}.{ending}").write_bytes(content)
+    # Clouds on the way through a room, and depth images without a return.
+    os.mkdir("velodyne")
+    os.mkdir("depth")
+    for i in range(4):
+        pathlib.Path(f"velodyne/{i}.bin").write_bytes(cloud_of_room(i))
+        pathlib.Path(f"depth/{i}.png").write_bytes(depth_png(4, 2))
     for name in ("odometry.txt", "truth.txt", "poses.txt"):
         pathlib.Path(name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(4)), encoding="utf-8")
     # A laser in a corridor of 10 m.

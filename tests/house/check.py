@@ -45,6 +45,7 @@ FLOORS = {
         {"choices"},
         {"online"},
         {"methods", "objects", "scans"},
+        {"clouds"},
         {"uncertainty"},
         {"hybrid.h"},
     ],

@@ -65,6 +65,7 @@ void check_residuals(const RunFacts& facts, Health& health);
 void check_landmarks(const RunFacts& facts, Health& health);
 void check_path(const RunFacts& facts, Health& health);
 void check_detections(const RunFacts& facts, Health& health);
+void check_clouds(const RunFacts& facts, Health& health);
 void check_scans(const RunFacts& facts, Health& health);
 void check_fixes(const RunFacts& facts, Health& health);
 

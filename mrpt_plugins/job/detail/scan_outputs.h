@@ -33,7 +33,8 @@ class ScanOutputs {
   /// Adds the closures by scans to the result. Call it once, before the following.
   void finish(MapResult& result);
 
-  /// Draws the grid of the scans with what is in the `known` map that the robots are in.
+  /// Draws the grid of the scans with what is in the `known` map that the robots are in, and adds
+  /// what clouds saw.
   void draw(MapResult& result, const MapRecord& known) const;
 
   /// The scans that the grid is drawn of.
@@ -43,7 +44,7 @@ class ScanOutputs {
   std::vector<PlacedScan> placed(const Mapper& mapper, const Trajectory& keyframes) const;
 
   /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
-  /// scans made closures. Returns warnings.
+  /// scans made closures; and the files of clouds. Returns warnings.
   std::vector<std::string> write(const OutputDirectory& out, const MapResult& result,
                                  const Mapper& mapper) const;
 

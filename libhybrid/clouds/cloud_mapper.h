@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/clouds/cloud_closures.h"
+#include "libhybrid/clouds/cloud_tracker.h"
+#include "libhybrid/online/online_selection.h"
+
+namespace HYBRID_API hybrid {
+
+struct CloudMapperOptions {
+  CloudTrackerOptions tracker;
+  CloudClosureOptions closures;
+  OnlineSelectionOptions selection;
+};
+
+/// A path by the clouds of a sensor, in the frame of its first one: each is matched with those
+/// before, and places seen before close loops, of which any may be false (see OnlineSelection).
+class CloudMapper {
+ public:
+  explicit CloudMapper(const CloudMapperOptions& options = {});
+
+  /// `points` are in the frame of the robot [m], seen from `sensor`; `odometry` is the motion since
+  /// the cloud before, where it is known.
+  TrackedCloud add(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor,
+                   const std::optional<UncertainMotion3>& odometry = std::nullopt);
+  /// Decides all closures again and solves to convergence.
+  void finish();
+
+  SE3 pose(std::size_t cloud) const;
+  const CloudTracker& tracker() const { return tracker_; }
+  const std::vector<CloudClosure>& closures() const { return closures_; }
+  /// By closure; see OnlineSelection.
+  ClosureStatus status(std::size_t closure) const { return selection_.status(closure); }
+  std::vector<ClosureDecision> decisions() const { return selection_.decisions(); }
+
+ private:
+  UncertainMotion3 relation(std::size_t a, std::size_t b) const;
+
+  CloudTracker tracker_;
+  CloudClosureSearch search_;
+  OnlineSelection selection_;
+  std::vector<CloudClosure> closures_;
+};
+
+/// The motion to a cloud from the one before: what a match, and odometry where it is known, tell; a
+/// motion that is hardly known where none of them does.
+std::vector<UncertainMotion3> motions_to(const TrackedCloud& tracked,
+                                         const std::optional<UncertainMotion3>& odometry,
+                                         double reach);
+
+}  // namespace hybrid

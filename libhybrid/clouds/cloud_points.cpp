@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/clouds/cloud_points.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+
+#include "libhybrid/clouds/grid_cell.h"
+
+namespace hybrid {
+namespace {
+
+constexpr float kFarthest = 1000;                     // m
+constexpr std::size_t kFewPoints = 100;               // tell no scale
+constexpr std::size_t kScalePoints = 2000;            // tell it
+constexpr double kLeastReach = 0.5, kMostReach = 30;  // m
+/// Fewer points around tell no normal.
+constexpr int kFewAround = 5;
+/// The middle variance of the points of a surface is at least this share of the largest, else they
+/// are a line, as the returns of one ring are; and its least at most this share of the middle one.
+constexpr double kLine = 0.02;
+constexpr double kRough = 0.15;
+
+/// Sums over the points of a cube.
+struct Sums {
+  double count = 0;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();    // sum of the points, then their mean
+  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();  // sum of p p'
+};
+
+/// The normal of points by their moments; zero where they are no surface.
+Eigen::Vector3d normal_of(const Sums& around) {
+  if (around.count < kFewAround) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d mean = around.mean / around.count;
+  const Eigen::Matrix3d C = around.square / around.count - mean * mean.transpose();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
+  eigen.computeDirect(C);
+  const Eigen::Vector3d& v = eigen.eigenvalues();
+  if (!(v[1] > kLine * v[2]) || !(v[0] < kRough * v[1])) return Eigen::Vector3d::Zero();
+  return eigen.eigenvectors().col(0);
+}
+
+}  // namespace
+
+double reach_of(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor) {
+  std::vector<float> ranges;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kScalePoints);
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const float range = (points[i] - sensor).norm();
+    if (range > 0 && range < kFarthest) ranges.push_back(range);
+  }
+  if (ranges.size() < kFewPoints) return 0;
+  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+  std::nth_element(ranges.begin(), middle, ranges.end());
+  return std::clamp<double>(*middle, kLeastReach, kMostReach);
+}
+
+std::vector<CloudPoint> cloud_points(const std::vector<Eigen::Vector3f>& points,
+                                     const Eigen::Vector3f& sensor, double spacing) {
+  std::unordered_map<GridCell, std::uint32_t, GridCellHash> index;
+  std::vector<GridCell> cells;
+  std::vector<Sums> sums;
+  index.reserve(points.size() / 4);
+  for (const Eigen::Vector3f& p : points) {
+    if (!((p - sensor).norm() < kFarthest)) continue;
+    const Eigen::Vector3d d = (p - sensor).cast<double>();  // near 0, for the squares
+    const GridCell cell = grid_cell(d, spacing);
+    const auto [found, is_new] = index.emplace(cell, static_cast<std::uint32_t>(sums.size()));
+    if (is_new) {
+      cells.push_back(cell);
+      sums.emplace_back();
+    }
+    Sums& sum = sums[found->second];
+    ++sum.count;
+    sum.mean += d;
+    sum.square += d * d.transpose();
+  }
+  std::vector<CloudPoint> out(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    Sums around;
+    for (const GridCell& step : cells_around()) {
+      const auto found = index.find(cells[i] + step);
+      if (found == index.end()) continue;
+      const Sums& other = sums[found->second];
+      around.count += other.count;
+      around.mean += other.mean;
+      around.square += other.square;
+    }
+    const Eigen::Vector3d mean = sums[i].mean / sums[i].count;
+    Eigen::Vector3d normal = normal_of(around);
+    if (normal.dot(mean) > 0) normal = -normal;
+    out[i].position = mean.cast<float>() + sensor;
+    out[i].normal = normal.cast<float>();
+  }
+  return out;
+}
+
+std::vector<CloudPoint> transformed(const SE3& T, const std::vector<CloudPoint>& points) {
+  const Eigen::Matrix3f R = T.rotation().matrix().cast<float>();
+  const Eigen::Vector3f t = T.translation().cast<float>();
+  std::vector<CloudPoint> out;
+  out.reserve(points.size());
+  for (const CloudPoint& point : points) out.push_back({R * point.position + t, R * point.normal});
+  return out;
+}
+
+std::vector<CloudPoint> chosen(const std::vector<CloudPoint>& points, std::size_t most) {
+  if (points.size() <= most) return points;
+  std::vector<CloudPoint> out;
+  out.reserve(most);
+  for (std::size_t i = 0; i < most; ++i) out.push_back(points[i * points.size() / most]);
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/clouds/cloud_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hybrid {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// Errors of the prediction of the next cloud: by odometry these shares of the motion beside what
+/// is stated, and at least [m], [rad]; by a steady motion shares of the reach and of the last
+/// motion.
+constexpr double kOfMotion = 0.1;
+constexpr double kLeastTranslation = 0.02;
+constexpr double kLeastRotation = 0.01;
+constexpr double kSteadyOfReach = 0.02;
+constexpr double kSteadyOfMotion = 0.3;
+constexpr double kSteadyRotation = 0.05;
+/// Surfaces are matched badly where another start may find a better pose.
+constexpr double kDoubtful = 0.7;
+constexpr float kLevel = 0.7F;  // cosine between a normal and the vertical
+/// Turns of the prediction about the vertical that are tried then [rad].
+constexpr double kTurns[] = {-0.9, -0.6, -0.3, 0, 0.3, 0.6, 0.9};
+/// So many points choose among these, one of which is better by such a share on surfaces.
+constexpr std::size_t kStartPoints = 400;
+constexpr double kBetter = 0.05;
+constexpr double kOneTurn = 0.02;  // rad, between starts that lead to one pose
+/// They are first moved onto surfaces of so many spacings, which catch them from farther.
+constexpr double kCoarse = 3;
+/// A cloud of fewer points with normals tells nothing.
+constexpr std::size_t kFewKnown = 30;
+/// Points are added to a local map after a motion of a spacing, or such a turn [rad].
+constexpr double kAddTurn = 0.05;
+/// One cloud that agrees with nothing may be of another sensor; so many begin a map of their own.
+constexpr std::size_t kLostInRow = 2;
+
+Matrix6 prediction_covariance(const std::optional<UncertainMotion3>& odometry, const SE3& last,
+                              double reach) {
+  const SE3& motion = odometry ? odometry->motion : last;
+  const double d = motion.translation().norm(), a = motion.rotation().log().norm();
+  Vector6 sigmas;
+  if (!odometry) {
+    sigmas << Eigen::Vector3d::Constant(kSteadyOfReach * reach + kSteadyOfMotion * d),
+        Eigen::Vector3d::Constant(kSteadyRotation + kSteadyOfMotion * a);
+    return sigmas.cwiseAbs2().asDiagonal();
+  }
+  sigmas << Eigen::Vector3d::Constant(kLeastTranslation + kOfMotion * d),
+      Eigen::Vector3d::Constant(kLeastRotation + kOfMotion * a);
+  return odometry->covariance + Matrix6(sigmas.cwiseAbs2().asDiagonal());
+}
+
+bool is_near(const SE3& a, const SE3& b, double distance) {
+  const SE3 off = a.between(b);
+  return off.translation().norm() < distance && off.rotation().log().norm() < kOneTurn;
+}
+
+/// At most `most` points, of which those on level surfaces, which tell neither place nor heading,
+/// are no more than the others where there are enough of these.
+std::vector<CloudPoint> balanced(const std::vector<CloudPoint>& points, std::size_t most) {
+  std::vector<CloudPoint> level, steep;
+  for (const CloudPoint& point : points) {
+    if (!point.has_normal()) continue;
+    (std::abs(point.normal.z()) > kLevel ? level : steep).push_back(point);
+  }
+  steep = chosen(steep, std::max(most / 2, most - std::min(most, level.size())));
+  level = chosen(level, most - steep.size());
+  steep.insert(steep.end(), level.begin(), level.end());
+  return steep;
+}
+
+}  // namespace
+
+/// The best pose near a prediction.
+CloudAlignment CloudTracker::aligned(const std::vector<CloudPoint>& points, const SE3& predicted,
+                                     const Matrix6& covariance, bool is_sure) const {
+  CloudAlignmentOptions options;
+  options.prior = covariance.inverse();
+  CloudAlignment best = align(points, *surfaces_, predicted, options);
+  if (is_sure && best.inliers >= kDoubtful) return best;
+  const std::vector<CloudPoint> few = chosen(points, kStartPoints);
+  CloudAlignmentOptions quick;
+  quick.with_information = false;
+  CloudAlignment likely = align(few, *surfaces_, best.pose, quick);
+  const double expected = likely.support;
+  std::vector<SE3> seen;
+  for (const SE3& centre : {predicted, maps_.back().poses.back()}) {
+    for (const double turn : kTurns) {
+      const SE3 start = centre * SE3({0, 0, 0}, SO3::exp(Eigen::Vector3d(0, 0, turn)));
+      const SE3 near = align(few, *coarse_, start, quick).pose;
+      if (std::any_of(seen.begin(), seen.end(), [&](const SE3& other) {
+            return is_near(near, other, surfaces_->spacing());
+          })) {
+        continue;
+      }
+      seen.push_back(near);
+      const CloudAlignment other = align(few, *surfaces_, near, quick);
+      if (other.support > likely.support) likely = other;
+    }
+  }
+  if (likely.support < expected + kBetter) return best;
+  const CloudAlignment other = align(points, *surfaces_, likely.pose);
+  return other.support > best.support ? other : best;
+}
+
+/// Surfaces of the last local map, without any yet.
+void CloudTracker::make_surfaces() {
+  surfaces_.emplace(options_.spacing * reach_);
+  coarse_.emplace(kCoarse * options_.spacing * reach_);
+}
+
+void CloudTracker::add_surfaces(const std::vector<CloudPoint>& points) {
+  surfaces_->add(points);
+  coarse_->add(points);
+}
+
+/// Begins a local map with the second half of the present one, which is complete then.
+void CloudTracker::begin_map() {
+  LocalCloud& before = maps_.back();
+  before.points = surfaces_->points();
+  const double middle = before.travelled.back() - 0.5 * options_.map_length * reach_;
+  std::size_t k = 1;
+  while (k + 1 < before.poses.size() && before.travelled[k] < middle) ++k;
+  LocalCloud next;
+  next.anchor = before.anchor + k;
+  recent_.erase(recent_.begin(), recent_.begin() + static_cast<std::ptrdiff_t>(k));
+  make_surfaces();
+  const SE3 anchor = before.poses[k];
+  for (std::size_t i = k; i < before.poses.size(); ++i) {
+    next.poses.push_back(anchor.between(before.poses[i]));
+    next.travelled.push_back(before.travelled[i]);
+    add_surfaces(transformed(next.poses.back(), recent_[i - k].points));
+  }
+  maps_.push_back(std::move(next));
+}
+
+/// Begins a local map with the newest cloud alone.
+void CloudTracker::begin_map_anew() {
+  double travelled = 0;
+  if (!maps_.empty()) {
+    if (surfaces_) maps_.back().points = surfaces_->points();
+    travelled = maps_.back().travelled.back();
+  }
+  LocalCloud next;
+  next.anchor = clouds_;
+  next.travelled.push_back(travelled);
+  next.poses.emplace_back();
+  maps_.push_back(std::move(next));
+  recent_.assign(1, {newest_, true});
+  if (reach_ > 0) {
+    make_surfaces();
+    add_surfaces(newest_);
+  }
+  since_added_ = SE3();
+}
+
+/// Adds the newest cloud, which is at `pose` in the last local map, and its surfaces where these
+/// agree with the others.
+void CloudTracker::add(const SE3& pose, double step, bool agrees) {
+  LocalCloud& map = maps_.back();
+  map.poses.push_back(pose);
+  map.travelled.push_back(map.travelled.back() + step);
+  recent_.emplace_back();
+  since_added_ = since_added_ * last_motion_;
+  since_added_.normalize();
+  const bool is_new = surfaces_ && (since_added_.translation().norm() > surfaces_->spacing() ||
+                                    since_added_.rotation().log().norm() > kAddTurn);
+  if (agrees && is_new) {
+    recent_.back() = {newest_, true};
+    add_surfaces(transformed(pose, newest_));
+    since_added_ = SE3();
+  }
+  const double way = map.travelled.back() - map.travelled.front();
+  if (surfaces_ && map.poses.size() > 2 && way > options_.map_length * reach_) begin_map();
+}
+
+/// The first cloud, or the first one with surfaces.
+TrackedCloud CloudTracker::begin(const std::optional<UncertainMotion3>& odometry) {
+  TrackedCloud out;
+  out.cloud = clouds_;
+  if (!maps_.empty() && odometry) out.T_before_cloud = odometry->motion;
+  if (newest_.empty()) ++blind_;
+  begin_map_anew();
+  ++clouds_;
+  return out;
+}
+
+TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
+                                 const Eigen::Vector3f& sensor,
+                                 const std::optional<UncertainMotion3>& odometry) {
+  const bool is_first = reach_ == 0;
+  if (is_first) reach_ = reach_of(points, sensor);
+  newest_.clear();
+  if (reach_ > 0) newest_ = cloud_points(points, sensor, options_.spacing * reach_);
+  if (maps_.empty() || (is_first && reach_ > 0)) return begin(odometry);
+  const SE3 before = maps_.back().poses.back();
+  const SE3 predicted = before * (odometry ? odometry->motion : last_motion_);
+  const std::vector<CloudPoint> used = balanced(newest_, options_.most_points);
+  const bool tells = surfaces_ && used.size() >= kFewKnown;
+  CloudAlignment found;
+  if (tells) {
+    found = aligned(used, predicted, prediction_covariance(odometry, last_motion_, reach_),
+                    odometry.has_value());
+  }
+  const bool good = tells && found.inliers >= options_.min_inliers;
+  SE3 pose = good ? found.pose : predicted;
+  pose.normalize();
+  last_motion_ = before.between(pose);
+  TrackedCloud out;
+  out.cloud = clouds_;
+  out.T_before_cloud = last_motion_;
+  out.inliers = found.inliers;
+  out.is_lost = tells && !good;
+  if (good) out.match = {clouds_ - 1, {last_motion_, alignment_covariance(found)}};
+  blind_ += tells ? 0 : 1;
+  lost_ += out.is_lost ? 1 : 0;
+  lost_in_row_ = out.is_lost ? lost_in_row_ + 1 : 0;
+  if (lost_in_row_ == kLostInRow) {
+    begin_map_anew();
+  } else {
+    add(pose, last_motion_.translation().norm(), good);
+  }
+  ++clouds_;
+  return out;
+}
+
+}  // namespace hybrid

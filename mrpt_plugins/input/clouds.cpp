@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/clouds.h"
+
+#include <mrpt/maps/CPointsMap.h>
+#include <mrpt/obs/CObservationPointCloud.h>
+
+#include <cmath>
+
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/bridge/poses.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kFarthestSensor = 1000;  // m
+
+}  // namespace
+
+bool is_cloud(const mrpt::obs::CObservation& observation) {
+  return dynamic_cast<const mrpt::obs::CObservationPointCloud*>(&observation) != nullptr;
+}
+
+std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, DropReport& report) {
+  const auto* seen = dynamic_cast<const mrpt::obs::CObservationPointCloud*>(&observation);
+  if (seen == nullptr) return std::nullopt;
+  if (!seen->pointcloud) {
+    ++report["cloud dropped: its points are in a file beside the log"];
+    return std::nullopt;
+  }
+  if (!(seen->sensorPose.norm() <= kFarthestSensor) || !is_rotation(seen->sensorPose)) {
+    ++report["cloud dropped: sensor pose absurd"];
+    return std::nullopt;
+  }
+  if (seen->pointcloud->empty()) {
+    ++report["cloud dropped: no points"];
+    return std::nullopt;
+  }
+  const Eigen::Isometry3f T = to_isometry(seen->sensorPose).cast<float>();
+  PointCloud out;
+  out.sensor = T.translation();
+  std::vector<float> x, y, z;
+  seen->pointcloud->getAllPoints(x, y, z);
+  out.points.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3f p(x[i], y[i], z[i]);
+    if (p.allFinite()) out.points.push_back(T * p);
+  }
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/obs/CObservation.h>
+
+#include <optional>
+#include <vector>
+
+#include "libhybrid/geometry/eigen.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace HYBRID_API hybrid {
+
+/// Points that a lidar or a depth camera saw, in the frame of the robot [m].
+struct PointCloud {
+  std::vector<Eigen::Vector3f> points;
+  Eigen::Vector3f sensor = Eigen::Vector3f::Zero();  ///< where they were seen from
+};
+
+/// Whether an observation is a CObservationPointCloud.
+bool is_cloud(const mrpt::obs::CObservation& observation);
+
+/// The cloud in a CObservationPointCloud; nothing for other classes.
+///
+/// Dropped, and counted in `report` by reason: clouds whose points are in a file beside the log,
+/// that have none, or whose sensor pose is not finite or farther than 1 km from the robot.
+std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, DropReport& report);
+
+}  // namespace hybrid

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/landmarks/contribution.h"
+
+namespace HYBRID_API hybrid {
+
+/// Which closures of a front end, which decides about them by itself, are factors of the map: those
+/// that it accepts come in, those that it no longer accepts go out, each once the map has taken the
+/// contribution.
+class ClosureFactors {
+ public:
+  /// Adds the factor of a closure to a contribution, last of its continuous factors; false where
+  /// the map has no room for it.
+  using Add = std::function<bool(std::size_t closure, Contribution& out)>;
+
+  /// `accepted`: by closure, all so far. Factors leave only where `may_leave`.
+  void follow(const std::vector<bool>& accepted, const Add& add, bool may_leave, Contribution& out);
+  /// The contribution is in the map.
+  void applied(const Outcome& outcome);
+  /// It is not.
+  void forget();
+  bool has(std::size_t closure) const {
+    return closure < handles_.size() && handles_[closure].has_value();
+  }
+
+ private:
+  struct Asked {
+    std::size_t closure = 0;
+    std::size_t factor = 0;  // number of that in the contribution
+  };
+  std::vector<std::optional<Handle>> handles_;  // by closure
+  std::vector<Asked> coming_;
+  std::vector<std::size_t> leaving_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "libhybrid/clouds/cloud_points.h"
+#include "mrpt_plugins/mapping/map_result.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+
+namespace HYBRID_API hybrid {
+
+/// A closure with the pose that was measured.
+struct MeasuredCloudClosure : ScanClosureEstimate {
+  SE3 T_from_to;
+};
+
+/// What clouds have seen along a stretch of the path.
+struct LocalView {
+  std::size_t anchor = 0;          ///< place in MapResult::trajectory
+  std::vector<CloudPoint> points;  ///< in the frame of that
+  double spacing = 0;              ///< between these [m]
+};
+
+/// What a mapping plugin is besides that follows robots by clouds of points in space.
+class CloudFollower {
+ public:
+  virtual ~CloudFollower() = default;
+
+  /// Closures so far between keyframes of the map, with the present decisions.
+  virtual std::vector<MeasuredCloudClosure> cloud_closures() const = 0;
+  /// What the clouds of all robots saw.
+  virtual std::vector<LocalView> local_views() const = 0;
+};
+
+/// The plugin that follows clouds; null where none does.
+CloudFollower* cloud_follower_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins);
+
+}  // namespace hybrid

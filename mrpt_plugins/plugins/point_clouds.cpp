@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/plugins/point_clouds.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/geometry/isometry.h"
+#include "mrpt_plugins/input/clouds.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
+
+HYBRID_REGISTER_PLUGIN(PointClouds, hybrid)
+
+namespace hybrid {
+namespace {
+
+/// Errors of odometry where the map does not tell them before it is solved: shares of the motion,
+/// and at least [m], [rad].
+constexpr double kOfMotion = 0.05;
+constexpr double kLeastTranslation = 0.02;
+constexpr double kLeastRotation = 0.005;
+
+Matrix6 usual_covariance(const SE3& motion) {
+  Eigen::Matrix<double, 6, 1> sigmas;
+  sigmas << Eigen::Vector3d::Constant(kLeastTranslation + kOfMotion * motion.translation().norm()),
+      Eigen::Vector3d::Constant(kLeastRotation + kOfMotion * motion.rotation().log().norm());
+  return sigmas.cwiseAbs2().asDiagonal();
+}
+
+ContinuousFactorPtr factor_of(Key from, Key to, const UncertainMotion3& motion) {
+  return std::make_shared<Between<SE3>>(from, to, motion.motion,
+                                        Noise::covariance(motion.covariance));
+}
+
+/// All clouds of a frame as one.
+PointCloud clouds_of(const Frame& frame, DropReport& dropped) {
+  PointCloud out;
+  for (const auto& observation : frame.observations) {
+    auto cloud = cloud_in(*observation, dropped);
+    if (!cloud) continue;
+    if (out.points.empty()) out.sensor = cloud->sensor;
+    out.points.insert(out.points.end(), cloud->points.begin(), cloud->points.end());
+  }
+  return out;
+}
+
+}  // namespace
+
+CloudFollower* cloud_follower_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
+  for (const auto& plugin : plugins) {
+    if (auto* follower = dynamic_cast<CloudFollower*>(plugin.get())) return follower;
+  }
+  return nullptr;
+}
+
+void PointClouds::configure(IniSection section) {
+  CloudTrackerOptions& tracker = options_.tracker;
+  tracker.spacing = section.get("spacing", tracker.spacing,
+                                "of the points that are kept, as a share of the reach: the median "
+                                "distance of what the sensor sees",
+                                IniRange{1e-3, 0.5});
+  tracker.map_length = section.get(
+      "map_length", tracker.map_length,
+      "way that a local map spans, with which clouds are matched, in reaches", IniRange{0.1, 1e3});
+  CloudClosureOptions& closures = options_.closures;
+  closures.most_maps = section.get("closures", true, "whether to search for places seen before")
+                           ? closures.most_maps
+                           : 0;
+  closures.max_reach = section.get("max_reach", closures.max_reach,
+                                   "how far from where they should be such places are searched, at "
+                                   "most, in reaches",
+                                   IniRange{0.01, 1e3});
+}
+
+std::vector<std::string> PointClouds::observation_classes() const {
+  return {"CObservationPointCloud"};
+}
+
+std::vector<std::string> PointClouds::uses() const {
+  return {"CObservationPointCloud", "CObservation3DRangeScan", "CObservationVelodyneScan"};
+}
+
+/// Where there are planar scans, these are mapped.
+bool PointClouds::suits(const LogContents& log) const {
+  return log.scans == 0 && MappingPlugin::suits(log);
+}
+
+/// The motion from the last frame with a cloud by odometry; nothing at the first, and where
+/// odometry does not tell.
+std::optional<UncertainMotion3> PointClouds::motion_to(const Robot& robot, const Frame& frame,
+                                                       const MapView& map) const {
+  if (robot.keys.empty() || robot.lost_odometry || !map.holds(robot.keys.back())) {
+    return std::nullopt;
+  }
+  const Key before = robot.keys.back();
+  const SE3 motion = map.values.at<SE3>(before).between(to_se3(to_isometry(frame.T_map_robot)));
+  if (!motion.translation().allFinite()) return std::nullopt;
+  UncertainMotion3 out{motion, usual_covariance(motion)};
+  try {
+    const Matrix6 known = covariance_of_motion(frame.view(), before, map);
+    if (known.allFinite() && known.llt().info() == Eigen::Success) out.covariance = known;
+  } catch (const SettingsError&) {
+    // a batch back-end, which solves at the end
+  }
+  return out;
+}
+
+Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
+  for (auto& [number, robot] : robots_) robot.factors.forget();
+  Contribution out;
+  Robot& robot = robots_.try_emplace(frame.robot, options_).first->second;
+  robot.lost_odometry = robot.lost_odometry || !frame.has_odometry;
+  const PointCloud cloud = clouds_of(frame, out.dropped);
+  if (cloud.points.empty()) return out;
+  if (!map.is_3d) {
+    ++out.dropped["cloud dropped: the map is planar ([map] dimension)"];
+    return out;
+  }
+  TrackedCloud tracked;
+  try {
+    tracked = robot.mapper.add(cloud.points, cloud.sensor, motion_to(robot, frame, map));
+    robot.keys.push_back(frame.pose);
+  } catch (...) {
+    robots_.erase(frame.robot);  // the next cloud begins anew
+    throw;
+  }
+  robot.lost_odometry = false;
+  if (tracked.match && map.holds(robot.keys[tracked.match->from])) {
+    out.delta.continuous.push_back(
+        factor_of(robot.keys[tracked.match->from], frame.pose, tracked.match->measured));
+  }
+  follow_closures(robot, map, out);
+  return out;
+}
+
+/// Closures accepted since the last time come in, those no longer accepted go out.
+void PointClouds::follow_closures(Robot& robot, const MapView& map, Contribution& out) const {
+  const std::vector<CloudClosure>& all = robot.mapper.closures();
+  std::vector<bool> accepted(all.size());
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    accepted[k] = robot.mapper.status(k) == ClosureStatus::kAccepted;
+  }
+  const auto add = [&](std::size_t k, Contribution& to) {
+    const Key a = robot.keys[all[k].from], b = robot.keys[all[k].to];
+    const bool is_newest = !concluded_ && b == robot.keys.back();
+    if (!map.holds(a) || (!is_newest && !map.holds(b))) return false;
+    to.delta.continuous.push_back(factor_of(a, b, all[k].pose));
+    return true;
+  };
+  robot.factors.follow(accepted, add, map.keeps_all, out);
+}
+
+void PointClouds::applied(const Outcome& outcome) {
+  for (auto& [number, robot] : robots_) robot.factors.applied(outcome);
+}
+
+void PointClouds::refused() {
+  for (auto& [number, robot] : robots_) robot.factors.forget();
+}
+
+Contribution PointClouds::conclude(const MapView& map) {
+  refused();
+  Contribution out;
+  const bool is_first = !std::exchange(concluded_, true);
+  for (auto& [number, robot] : robots_) {
+    if (is_first) robot.mapper.finish();
+    follow_closures(robot, map, out);
+  }
+  return out;
+}
+
+std::vector<MeasuredCloudClosure> PointClouds::cloud_closures() const {
+  std::vector<MeasuredCloudClosure> out;
+  for (const auto& [number, robot] : robots_) {
+    std::vector<ClosureDecision> decisions = robot.mapper.decisions();
+    for (std::size_t k = 0; k < decisions.size(); ++k) {
+      const CloudClosure& closure = robot.mapper.closures()[k];
+      if (decisions[k].accepted() && !robot.factors.has(k)) {
+        decisions[k].status = ClosureStatus::kUndecided;
+      }
+      out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
+                      static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
+                      closure.inliers, closure.modes},
+                     closure.pose.motion});
+    }
+  }
+  return out;
+}
+
+std::vector<LocalView> PointClouds::local_views() const {
+  std::vector<LocalView> out;
+  for (const auto& [number, robot] : robots_) {
+    const CloudTracker& tracker = robot.mapper.tracker();
+    for (const LocalCloud& map : tracker.local_maps()) {
+      const bool grows = &map == &tracker.local_maps().back() && tracker.surfaces() != nullptr;
+      out.push_back({static_cast<std::size_t>(robot.keys[map.anchor].index()),
+                     grows ? tracker.surfaces()->points() : map.points,
+                     options_.tracker.spacing * tracker.reach()});
+    }
+  }
+  return out;
+}
+
+std::map<std::string, double> PointClouds::statistics() const {
+  double clouds = 0, lost = 0, blind = 0, maps = 0, closures = 0, accepted = 0;
+  for (const auto& [number, robot] : robots_) {
+    const CloudTracker& tracker = robot.mapper.tracker();
+    clouds += static_cast<double>(tracker.clouds());
+    lost += static_cast<double>(tracker.lost());
+    blind += static_cast<double>(tracker.blind());
+    maps += static_cast<double>(tracker.local_maps().size());
+    closures += static_cast<double>(robot.mapper.closures().size());
+    for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
+      if (robot.factors.has(k)) ++accepted;
+    }
+  }
+  return {{"clouds", clouds},           {"clouds_blind", blind},
+          {"clouds_lost", lost},        {"cloud_maps", maps},
+          {"cloud_closures", closures}, {"cloud_closures_accepted", accepted}};
+}
+
+}  // namespace hybrid

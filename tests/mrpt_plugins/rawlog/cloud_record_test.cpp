@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <gtest/gtest.h>
+#include <mrpt/maps/CSimplePointsMap.h>
+#include <mrpt/obs/CObservation3DRangeScan.h>
+#include <mrpt/obs/CObservationPointCloud.h>
+
+#include "mrpt_plugins/input/clouds.h"
+#include "mrpt_plugins/rawlog/log_record.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::maps::CSimplePointsMap;
+using mrpt::obs::CObservation;
+using mrpt::obs::CObservation3DRangeScan;
+using mrpt::obs::CObservationPointCloud;
+
+/// What a program gets of an observation, which asks for classes by name.
+CObservation::Ptr read_back(const CObservation::Ptr& content,
+                            const std::vector<std::string>& classes) {
+  register_mrpt_classes();
+  const AskedClasses asked(classes);
+  RecordReader reader(asked, 1U << 24);
+  const LoggedObservation logged{
+      content->GetRuntimeClass()->className, content->timestamp, content, {}};
+  reader.add(to_bytes(LogObject(logged), asked));
+  return std::get<LoggedObservation>(std::get<LogObject>(*reader.next())).content;
+}
+
+CObservationPointCloud::Ptr two_points() {
+  auto out = CObservationPointCloud::Create();
+  out->sensorLabel = "LIDAR";
+  out->sensorPose = mrpt::poses::CPose3D(0.1, -0.2, 1.5, 0.4, 0, 0);
+  const auto map = CSimplePointsMap::Create();
+  map->insertPointFast(1, 2, 3);
+  map->insertPointFast(-4, 5, 6);
+  out->pointcloud = map;
+  return out;
+}
+
+TEST(CloudRecord, PointsAndSensorPoseComeWhereAskedFor) {
+  EXPECT_FALSE(read_back(two_points(), {}));
+  const auto back = std::dynamic_pointer_cast<CObservationPointCloud>(
+      read_back(two_points(), {"CObservationPointCloud"}));
+  ASSERT_TRUE(back && back->pointcloud);
+  EXPECT_EQ(back->sensorLabel, "LIDAR");
+  EXPECT_EQ(back->sensorPose, two_points()->sensorPose);
+  ASSERT_EQ(back->pointcloud->size(), 2U);
+  float x = 0, y = 0, z = 0;
+  back->pointcloud->getPoint(1, x, y, z);
+  EXPECT_NEAR(x, -4, 1e-5);
+  EXPECT_NEAR(y, 5, 1e-5);
+  EXPECT_NEAR(z, 6, 1e-5);
+}
+
+TEST(CloudRecord, ADepthImageComesAsACloud) {
+  auto depth = CObservation3DRangeScan::Create();
+  depth->hasRangeImage = true;
+  depth->range_is_depth = true;
+  depth->rangeUnits = 0.001F;
+  depth->rangeImage_setSize(4, 6);
+  depth->rangeImage.fill(2000);
+  depth->cameraParams.ncols = 6;
+  depth->cameraParams.nrows = 4;
+  depth->cameraParams.setIntrinsicParamsFromValues(5, 5, 3, 2);
+  DropReport dropped;
+  const auto back = read_back(depth, {"CObservationPointCloud"});
+  ASSERT_TRUE(back);
+  const auto cloud = cloud_in(*back, dropped);
+  ASSERT_TRUE(cloud) << (dropped.empty() ? "" : dropped.begin()->first);
+  EXPECT_EQ(cloud->points.size(), 24U);
+  for (const Eigen::Vector3f& p : cloud->points) EXPECT_NEAR(p.x(), 2, 1e-4) << "x is ahead";
+}
+
+TEST(CloudRecord, PointsInAFileBesideTheLogAreNotRead) {
+  auto cloud = CObservationPointCloud::Create();
+  cloud->setAsExternalStorage("/etc/passwd",
+                              CObservationPointCloud::ExternalStorageFormat::KittiBinFile);
+  const auto back = read_back(cloud, {"CObservationPointCloud"});
+  ASSERT_TRUE(back);
+  DropReport dropped;
+  EXPECT_FALSE(cloud_in(*back, dropped));
+  EXPECT_EQ(dropped["cloud dropped: its points are in a file beside the log"], 1U);
+}
+
+TEST(CloudIn, PointsAreWhereTheRobotHasThem) {
+  DropReport dropped;
+  const auto cloud = cloud_in(*two_points(), dropped);
+  ASSERT_TRUE(cloud);
+  EXPECT_NEAR(cloud->sensor.z(), 1.5, 1e-6);
+  const double c = std::cos(0.4), s = std::sin(0.4);
+  EXPECT_NEAR(cloud->points[0].x(), 0.1 + c - 2 * s, 1e-5);
+  EXPECT_NEAR(cloud->points[0].z(), 4.5, 1e-5);
+  auto empty = two_points();
+  empty->pointcloud = CSimplePointsMap::Create();
+  EXPECT_FALSE(cloud_in(*empty, dropped));
+  auto far = two_points();
+  far->sensorPose = mrpt::poses::CPose3D(1e9, 0, 0, 0, 0, 0);
+  EXPECT_FALSE(cloud_in(*far, dropped));
+  EXPECT_EQ(dropped["cloud dropped: no points"], 1U);
+  EXPECT_EQ(dropped["cloud dropped: sensor pose absurd"], 1U);
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "libhybrid/geometry/se3.h"
+
+namespace hybrid::testing {
+
+struct Box3 {
+  Eigen::Vector3d low, high;
+};
+
+/// A hall seen from within, with boxes in it.
+struct CloudWorld {
+  Box3 hall;
+  std::vector<Box3> boxes;
+};
+
+/// A hall of 24 x 16 x 4 m with pillars and crates, no two parts of which look alike.
+inline CloudWorld cluttered_hall() {
+  CloudWorld world{{{-12, -8, -1}, {12, 8, 3}}, {}};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> x(-11, 11), y(-7, 7), size(0.3, 1.5), height(0.5, 4);
+  while (world.boxes.size() < 30) {
+    const Eigen::Vector3d at(x(random), y(random), -1);
+    const Eigen::Vector3d edges(size(random), size(random), height(random));
+    if (std::abs(at.head<2>().norm() - 5) < 1.8) continue;  // the way around
+    world.boxes.push_back({at, at + edges});
+  }
+  return world;
+}
+
+/// Distance along a ray to a box seen from outside, or from within; infinity where it is missed.
+inline double distance_to(const Box3& box, const Eigen::Vector3d& from, const Eigen::Vector3d& ray,
+                          bool within) {
+  double enters = -std::numeric_limits<double>::infinity();
+  double leaves = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double a = (box.low[i] - from[i]) / ray[i], b = (box.high[i] - from[i]) / ray[i];
+    enters = std::max(enters, std::min(a, b));
+    leaves = std::min(leaves, std::max(a, b));
+  }
+  if (within) return leaves;
+  return enters > 0 && enters < leaves ? enters : std::numeric_limits<double>::infinity();
+}
+
+/// What a lidar of 32 rings over 60 degrees sees, in its own frame; errors of ranges of 1 cm.
+inline std::vector<Eigen::Vector3f> cloud_at(const CloudWorld& world, const SE3& pose,
+                                             std::mt19937& random, double sigma = 0.01) {
+  constexpr int kRings = 32, kColumns = 360;
+  std::normal_distribution<double> noise(0, sigma);
+  std::vector<Eigen::Vector3f> out;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double up = (ring - kRings / 2) * 2 * M_PI / 180 + 1e-4;
+    for (int column = 0; column < kColumns; ++column) {
+      const double around = column * 2 * M_PI / kColumns + 1e-4;
+      const Eigen::Vector3d own(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
+                                std::sin(up));
+      const Eigen::Vector3d ray = pose.rotation() * own;
+      double range = distance_to(world.hall, pose.translation(), ray, true);
+      for (const Box3& box : world.boxes) {
+        range = std::min(range, distance_to(box, pose.translation(), ray, false));
+      }
+      out.push_back(((range + noise(random)) * own).cast<float>());
+    }
+  }
+  return out;
+}
+
+/// Once around the hall and a quarter more, `step` metres apart, nodding a little.
+inline std::vector<SE3> way_around_hall(double step) {
+  constexpr double kRadius = 5;
+  std::vector<SE3> out;
+  for (double a = 0; a < 2.5 * M_PI; a += step / kRadius) {
+    const Eigen::Vector3d at(kRadius * std::cos(a), kRadius * std::sin(a), 0.1 * std::sin(3 * a));
+    out.emplace_back(at, SO3::exp(Eigen::Vector3d(0, 0, a + M_PI / 2)) *
+                             SO3::exp(Eigen::Vector3d(0.03 * std::sin(2 * a), 0, 0)));
+  }
+  return out;
+}
+
+}  // namespace hybrid::testing
