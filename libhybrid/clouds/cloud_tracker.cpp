@@ -32,6 +32,9 @@ constexpr double kBetter = 0.05;
 constexpr double kOneTurn = 0.02;  // rad, between starts that lead to one pose
 /// They are first moved onto surfaces of so many spacings, which catch them from farther.
 constexpr double kCoarse = 3;
+/// There, a pose that is so many standard deviations from the prediction is none: floors and
+/// ceilings of any two places lie on each other.
+constexpr double kSurprise = 5;
 /// A cloud of fewer points with normals tells nothing.
 constexpr std::size_t kFewKnown = 30;
 /// Points are added to a local map after a motion of a spacing, or such a turn [rad].
@@ -57,6 +60,11 @@ Matrix6 prediction_covariance(const std::optional<UncertainMotion3>& odometry, c
 bool is_near(const SE3& a, const SE3& b, double distance) {
   const SE3 off = a.between(b);
   return off.translation().norm() < distance && off.rotation().log().norm() < kOneTurn;
+}
+
+bool is_likely(const SE3& pose, const SE3& predicted, const Matrix6& covariance) {
+  const Vector6 off = predicted.between(pose).log();
+  return off.dot(covariance.ldlt().solve(off)) < kSurprise * kSurprise;
 }
 
 /// At most `most` points, of which those on level surfaces, which tell neither place nor heading,
@@ -201,12 +209,11 @@ TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
   const SE3 predicted = before * (odometry ? odometry->motion : last_motion_);
   const std::vector<CloudPoint> used = balanced(newest_, options_.most_points);
   const bool tells = surfaces_ && used.size() >= kFewKnown;
+  const Matrix6 covariance = prediction_covariance(odometry, last_motion_, reach_);
   CloudAlignment found;
-  if (tells) {
-    found = aligned(used, predicted, prediction_covariance(odometry, last_motion_, reach_),
-                    odometry.has_value());
-  }
-  const bool good = tells && found.inliers >= options_.min_inliers;
+  if (tells) found = aligned(used, predicted, covariance, odometry.has_value());
+  const bool good = tells && found.inliers >= options_.min_inliers &&
+                    (found.inliers >= kDoubtful || is_likely(found.pose, predicted, covariance));
   SE3 pose = good ? found.pose : predicted;
   pose.normalize();
   last_motion_ = before.between(pose);

@@ -57,8 +57,8 @@ std::optional<bool> CloudView::finds(const Eigen::Vector3f& position,
   float shortest = std::numeric_limits<float>::infinity();
   for (int i = std::max(0, row - 1); i <= std::min(kRows - 1, row + 1); ++i) {
     for (const int j : {column + kColumns - 1, column, column + 1}) {
-      shortest =
-          std::min(shortest, shortest_[static_cast<std::size_t>(i * kColumns + j % kColumns)]);
+      const int at = i * kColumns + j % kColumns;
+      shortest = std::min(shortest, shortest_[static_cast<std::size_t>(at)]);
     }
   }
   // Rays of a cell spread: a surface that is seen at a grazing angle is nearer on one side.

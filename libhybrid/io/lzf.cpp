@@ -59,7 +59,7 @@ bool unpack_block(std::string_view& packed, std::string& out) {
 }  // namespace
 
 std::string read_lzf(TextReader& data) {
-  constexpr Scalar kSize{4, 'u'};
+  constexpr BinaryNumber kSize{4, 'u'};
   std::array<char, 8> head{};
   if (!data.read_bytes(head.data(), head.size())) data.fail("the compressed data is missing");
   const auto packed_size = static_cast<std::size_t>(value_of(head.data(), kSize, false));

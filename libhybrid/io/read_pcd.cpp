@@ -83,11 +83,11 @@ PcdHeader read_pcd_header(TextReader& text) {
 struct PcdLayout {
   std::array<std::size_t, 3> columns{};
   std::array<std::size_t, 3> offsets{};  // of data that is not text
-  std::array<Scalar, 3> types{};
+  std::array<BinaryNumber, 3> types{};
   std::size_t values = 0, bytes = 0;  // of a point
 };
 
-Scalar scalar_of(const TextReader& text, const PcdHeader& header, std::size_t field) {
+BinaryNumber scalar_of(const TextReader& text, const PcdHeader& header, std::size_t field) {
   const int bytes = header.sizes[field];
   const char type = header.types[field];
   const bool is_whole = type == 'I' || type == 'U';
@@ -173,7 +173,7 @@ void read_compressed(TextReader& data, const PcdHeader& header, const PcdLayout&
   for (std::size_t i = 0; i < points; ++i) {
     Eigen::Vector3d point;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Scalar type = layout.types[axis];
+      const BinaryNumber type = layout.types[axis];
       const std::size_t at =
           points * layout.offsets[axis] + i * static_cast<std::size_t>(type.bytes);
       point[static_cast<Eigen::Index>(axis)] = value_of(&raw[at], type, false);

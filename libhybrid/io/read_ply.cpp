@@ -18,8 +18,8 @@ enum class Encoding { kText, kLittleEndian, kBigEndian };
 
 struct Property {
   std::string name;
-  Scalar type;
-  Scalar length;  // of a list; no bytes for a single value
+  BinaryNumber type;
+  BinaryNumber length;  // of a list; no bytes for a single value
 };
 
 struct Element {
@@ -33,8 +33,8 @@ struct PlyHeader {
   std::vector<Element> elements;
 };
 
-Scalar scalar(const TextRow& row, std::size_t i) {
-  static constexpr std::pair<std::string_view, Scalar> kTypes[] = {
+BinaryNumber scalar(const TextRow& row, std::size_t i) {
+  static constexpr std::pair<std::string_view, BinaryNumber> kTypes[] = {
       {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
       {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
       {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
@@ -140,7 +140,7 @@ void read_text(TextReader& text, const Element& element, PointFile* file) {
 }
 
 /// Reads a value of binary data; false at the end of the file.
-bool take(TextReader& data, Scalar type, bool big_endian, double& value) {
+bool take(TextReader& data, BinaryNumber type, bool big_endian, double& value) {
   std::array<char, 8> raw{};
   const auto bytes = static_cast<std::size_t>(type.bytes);
   if (!data.read_bytes(raw.data(), bytes)) return false;

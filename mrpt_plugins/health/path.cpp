@@ -135,7 +135,9 @@ HealthEntry entry_on(const Correction& correction, const RunFacts& facts) {
   const double excess = 1 / entry.value;
   if (entry.value > 1) {
     entry.verdict = judge(entry.value, {kOdometryDoubtful, kOdometryBad});
-  } else if (excess > kOdometryExcess) {
+  } else if (excess > kOdometryExcess && facts.figure("clouds") == 0) {
+    // Clouds tell so much more than odometry that nothing follows from noise that is stated too
+    // large.
     entry.verdict = facts.run.associates ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
   }
   // The fault is of the odometry then, and a path by scans does not follow it.

@@ -63,7 +63,7 @@ PointFile read_bin(const std::string& path) {
                     "intensity, 32 bits each): is the file cut off?",
                     path, bytes.size(), kBytesOfPoint));
   }
-  constexpr Scalar kFloat{4, 'f'};
+  constexpr BinaryNumber kFloat{4, 'f'};
   PointFile file;
   for (std::size_t at = 0; at < bytes.size(); at += kBytesOfPoint) {
     const auto coordinate = [&](std::size_t i) {

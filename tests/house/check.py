@@ -8,6 +8,7 @@ Prints one `file:line: message` for each finding and exits with 1 if there are a
 
 import pathlib
 import re
+import subprocess
 import sys
 
 SPDX = ("SPDX-License-Identifier: BSD-3-Clause", "Copyright (c) 2026, the hybrid mapping authors")
@@ -24,6 +25,10 @@ ROOMS = {
     "examples": {"libhybrid", "mrpt_plugins"},
     "python": {"libhybrid", "mrpt_plugins", "python"},
 }
+
+TOP = {*ROOMS, ".ci", ".clang-format", ".clang-tidy", ".devcontainer", ".dockerignore", ".github", ".gitignore", "CHANGELOG.md", "CITATION.cff",
+       "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "README.md", "cmake", "config", "docs", "pyproject.toml", "rawlogs",
+       "scripts", "web"}
 
 # Rooms of the two libraries from the ground up: a room includes itself and rooms of lower floors.
 FLOORS = {
@@ -255,6 +260,16 @@ def check_examples(root):
                 yield f"{where}: the example differs from {block.group(1)}"
 
 
+def check_top(root):
+    """Only what is known is committed at the top: no results of runs."""
+    try:
+        listed = subprocess.run(["git", "-C", root, "ls-files", "-z"], capture_output=True, text=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return []  # not a checkout
+    tops = sorted({name.split("/")[0] for name in listed.split("\0") if name})
+    return [f"{top}:1: nothing of this name is expected at the top" for top in tops if top not in TOP]
+
+
 def flat(text):
     return "\n".join(line.strip() for line in text.strip().splitlines())
 
@@ -279,6 +294,7 @@ def check_tree(root):
         message = check_own_header(own, text) if own else None
         findings += [f"{path}:1: {message}"] if message else []
     findings += check_rooms(paths)
+    findings += check_top(root)
     findings += check_eigen(includes)
     findings += check_examples(root)
     return findings, len(paths)

@@ -4,6 +4,7 @@
 """Every structure check finds its bad sample, and passes the good one."""
 
 import pathlib
+import subprocess
 import tempfile
 import unittest
 
@@ -32,6 +33,16 @@ class CheckTest(unittest.TestCase):
         for line, (where, message) in zip(found, expected):
             self.assertTrue(line.startswith(where), line)
             self.assertIn(message, line)
+
+    def test_results_of_runs_are_not_committed(self):
+        with tempfile.TemporaryDirectory() as directory:
+            root = pathlib.Path(directory)
+            for name in ("README.md", "a.hmap", "out.txt"):
+                (root / name).write_text("x\n", encoding="utf-8")
+            if subprocess.run(["git", "-C", directory, "init", "-q"], check=False).returncode != 0:
+                self.skipTest("no git")
+            subprocess.run(["git", "-C", directory, "add", "README.md", "a.hmap"], check=True)
+            self.assertEqual([line.split(":")[0] for line in check.check_top(root)], ["a.hmap"])
 
     def test_good_tree_has_no_findings(self):
         self.assertEqual(findings({

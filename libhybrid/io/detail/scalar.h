@@ -9,13 +9,13 @@
 namespace hybrid {
 
 /// A scalar type of binary point clouds: bytes, and 'i' signed, 'u' unsigned, 'f' floating.
-struct Scalar {
+struct BinaryNumber {
   int bytes = 0;
   char kind = 0;
 };
 
 /// The value of a scalar of 1, 2, 4 or 8 bytes, floating ones of 4 or 8.
-inline double value_of(const char* raw, Scalar type, bool big_endian) {
+inline double value_of(const char* raw, BinaryNumber type, bool big_endian) {
   const auto bytes = static_cast<std::size_t>(type.bytes);
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes; ++i) {

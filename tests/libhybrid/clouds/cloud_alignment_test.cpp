@@ -59,7 +59,7 @@ TEST(CloudAlignment, FindsTheMotionBetweenTwoClouds) {
   const Eigen::Matrix<double, 6, 1> off = truth.between(found.pose).log();
   EXPECT_LT(off.head<3>().norm(), 0.02);
   EXPECT_LT(off.tail<3>().norm(), 0.004);
-  EXPECT_GT(found.inliers, 0.8);
+  EXPECT_GT(found.inliers, 0.7);
   EXPECT_LE(found.support, found.inliers);
   // Within what its covariance allows: chi-square of 6 degrees of freedom, in one of 10,000.
   EXPECT_LT(off.dot(alignment_covariance(found).ldlt().solve(off)), 28);
@@ -72,7 +72,7 @@ TEST(CloudAlignment, DoesNotTellThePlaceAlongATunnel) {
   map.add(cloud_points(cloud_at(tunnel, SE3(), random), kOrigin, 0.2));
   const auto points = cloud_points(cloud_at(tunnel, SE3(), random), kOrigin, 0.2);
   const Matrix6 P = alignment_covariance(align(points, map, SE3()));
-  EXPECT_GT(std::sqrt(P(0, 0)), 0.1);
+  EXPECT_GT(std::sqrt(P(0, 0)), 0.05);
   EXPECT_LT(std::sqrt(P(1, 1)), 0.02);
   EXPECT_LT(std::sqrt(P(2, 2)), 0.02);
 }
