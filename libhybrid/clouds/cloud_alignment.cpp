@@ -4,11 +4,11 @@
 #include "libhybrid/clouds/cloud_alignment.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/scans/direction_errors.h"
 
 namespace hybrid {
 namespace {
@@ -31,10 +31,6 @@ constexpr double kCorrelationLength = 0.3;
 /// Steps below this [m], [rad] end the iteration; no step is longer than the other.
 constexpr double kSmallStep = 2e-4;
 constexpr double kLongStep = 0.5;
-/// Error of the direction of a surface as few returns tell it [rad], and the least share of the
-/// information in a direction that is taken to be of surfaces, not of such errors.
-constexpr double kDirectionError = 0.05;
-constexpr double kLeastShare = 0.01;
 /// Information that each direction has without any point.
 constexpr double kLeastInformation = 1e-3;
 /// Median of the absolute values of a normal variable of unit variance.
@@ -119,16 +115,7 @@ Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, doubl
   }
   H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
   F.triangularView<Eigen::StrictlyUpper>() = F.transpose();
-  const Eigen::LLT<Matrix6> factor(H);
-  if (factor.info() != Eigen::Success) return Matrix6::Zero();
-  const Matrix6 L = factor.matrixL();
-  Matrix6 A = factor.matrixL().solve(F);
-  A = factor.matrixL().solve(A.transpose().eval());
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(0.5 * (A + A.transpose()));
-  // Twice: the errors add this much on average.
-  const Vector6 kept = (1 - 2 * eigen.eigenvalues().array()).cwiseMax(kLeastShare).matrix();
-  const Matrix6 B = L * eigen.eigenvectors();
-  return B * kept.asDiagonal() * B.transpose();
+  return without_direction_errors<6>(H, F);
 }
 
 }  // namespace
@@ -142,8 +129,7 @@ CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces&
   if (points.empty() || map.points().empty()) return result;
   const double share = std::min(1.0, std::pow(map.spacing() / kCorrelationLength, 2));
   const double least_radius = kLeastRadius * map.spacing();
-  double radius =
-      options.radius > 0 ? std::min(options.radius, map.most_radius()) : map.most_radius();
+  double radius = map.most_radius();
   std::vector<Pairing> pairings;
   for (int i = 0; i < options.max_iterations; ++i) {
     pairings = pairings_at(points, map, radius, result);
@@ -173,11 +159,6 @@ CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces&
     result.information = information_of(pairings, result.sigma, share);
   }
   return result;
-}
-
-UncertainMotion3 operator*(const UncertainMotion3& a, const UncertainMotion3& b) {
-  const Matrix6 Ad = b.motion.inverse().adjoint();
-  return {a.motion * b.motion, Ad * a.covariance * Ad.transpose() + b.covariance};
 }
 
 Matrix6 alignment_covariance(const CloudAlignment& alignment) {

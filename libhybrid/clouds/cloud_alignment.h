@@ -12,7 +12,6 @@ namespace HYBRID_API hybrid {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 struct CloudAlignmentOptions {
-  double radius = 0;  ///< of the search for counterparts at the start [m]; 0: the largest
   int max_iterations = 20;
   bool with_information = true;  ///< else CloudAlignment::information is left at zero
   /// Information about the start, in its tangent; it keeps in place what the points do not tell.
@@ -41,9 +40,6 @@ struct UncertainMotion3 {
   SE3 motion;
   Matrix6 covariance = Matrix6::Identity();
 };
-
-/// One after the other, as if their errors were independent.
-UncertainMotion3 operator*(const UncertainMotion3& a, const UncertainMotion3& b);
 
 /// The covariance of an alignment, with the errors that all of its points share: those of the
 /// sensor and of the map.

@@ -73,7 +73,6 @@ struct CloudClosureSearch::Query {
   std::size_t cloud = 0;
   double spacing = 0, reach = 0;
   std::vector<CloudPoint> points, coarse;
-  double way = 0;                  // whose points these are [m]
   double shared = 1;               // number of searches that share them
   Matrix6 walk = Matrix6::Zero();  // covariance of the motion along it
 };
@@ -233,8 +232,8 @@ std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker
   query.points = chosen(transformed(present.poses.back().inverse(), tracker.surfaces()->points()),
                         options_.most_points);
   query.coarse = chosen(query.points, kHeightPoints);
-  query.way = way - present.travelled.front();
-  query.shared = std::max(1.0, query.way / (options_.every * reach));
+  const double seen = way - present.travelled.front();
+  query.shared = std::max(1.0, seen / (options_.every * reach));
   if (present.anchor < query.cloud) {
     query.walk = relation(present.anchor, query.cloud).covariance;
   }

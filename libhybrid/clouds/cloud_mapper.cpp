@@ -3,6 +3,7 @@
 
 #include "libhybrid/clouds/cloud_mapper.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -28,8 +29,8 @@ ContinuousFactorPtr motion_factor(std::size_t from, std::size_t to,
                                         Noise::covariance(motion.covariance));
 }
 
-}  // namespace
-
+/// The motion to a cloud from the one before: what a match, and odometry where it is known, tell; a
+/// motion that is hardly known where none of them does.
 std::vector<UncertainMotion3> motions_to(const TrackedCloud& tracked,
                                          const std::optional<UncertainMotion3>& odometry,
                                          double reach) {
@@ -43,6 +44,8 @@ std::vector<UncertainMotion3> motions_to(const TrackedCloud& tracked,
   out.push_back({tracked.T_before_cloud, sigmas.cwiseAbs2().asDiagonal()});
   return out;
 }
+
+}  // namespace
 
 CloudMapper::CloudMapper(const CloudMapperOptions& options)
     : tracker_(options.tracker), search_(options.closures), selection_(options.selection) {}

@@ -48,10 +48,4 @@ class CloudMapper {
   std::vector<CloudClosure> closures_;
 };
 
-/// The motion to a cloud from the one before: what a match, and odometry where it is known, tell; a
-/// motion that is hardly known where none of them does.
-std::vector<UncertainMotion3> motions_to(const TrackedCloud& tracked,
-                                         const std::optional<UncertainMotion3>& odometry,
-                                         double reach);
-
 }  // namespace hybrid

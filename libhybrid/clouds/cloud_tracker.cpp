@@ -141,7 +141,7 @@ void CloudTracker::begin_map() {
   for (std::size_t i = k; i < before.poses.size(); ++i) {
     next.poses.push_back(anchor.between(before.poses[i]));
     next.travelled.push_back(before.travelled[i]);
-    add_surfaces(transformed(next.poses.back(), recent_[i - k].points));
+    add_surfaces(transformed(next.poses.back(), recent_[i - k]));
   }
   maps_.push_back(std::move(next));
 }
@@ -158,7 +158,7 @@ void CloudTracker::begin_map_anew() {
   next.travelled.push_back(travelled);
   next.poses.emplace_back();
   maps_.push_back(std::move(next));
-  recent_.assign(1, {newest_, true});
+  recent_.assign(1, newest_);
   if (reach_ > 0) {
     make_surfaces();
     add_surfaces(newest_);
@@ -178,7 +178,7 @@ void CloudTracker::add(const SE3& pose, double step, bool agrees) {
   const bool is_new = surfaces_ && (since_added_.translation().norm() > surfaces_->spacing() ||
                                     since_added_.rotation().log().norm() > kAddTurn);
   if (agrees && is_new) {
-    recent_.back() = {newest_, true};
+    recent_.back() = newest_;
     add_surfaces(transformed(pose, newest_));
     since_added_ = SE3();
   }

@@ -61,14 +61,8 @@ class CloudTracker {
   std::size_t lost() const { return lost_; }    ///< clouds that agreed with no local map
   std::size_t blind() const { return blind_; }  ///< clouds with hardly a surface
   double reach() const { return reach_; }       ///< of the sensor [m]; 0 before the first cloud
-  /// The points of the cloud tracked last, in the frame of the robot.
-  const std::vector<CloudPoint>& newest() const { return newest_; }
 
  private:
-  struct Recent {  // a cloud of the last local map
-    std::vector<CloudPoint> points;
-    bool is_new = false;  // its points are in the map
-  };
   CloudAlignment aligned(const std::vector<CloudPoint>& points, const SE3& predicted,
                          const Matrix6& covariance, bool is_sure) const;
   void make_surfaces();
@@ -82,7 +76,7 @@ class CloudTracker {
   double reach_ = 0;
   std::optional<CloudSurfaces> surfaces_, coarse_;  // of the last local map
   std::vector<LocalCloud> maps_;
-  std::vector<Recent> recent_;  // by cloud of the last local map
+  std::vector<std::vector<CloudPoint>> recent_;  // added by each cloud of the last local map
   std::vector<CloudPoint> newest_;
   SE3 last_motion_;
   SE3 since_added_;  // motion since points were added

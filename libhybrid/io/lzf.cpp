@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "libhybrid/io/detail/scalar.h"
+#include "libhybrid/io/binary_number.h"
 
 namespace hybrid {
 namespace {

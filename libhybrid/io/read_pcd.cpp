@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "libhybrid/io/binary_number.h"
 #include "libhybrid/io/detail/lzf.h"
-#include "libhybrid/io/detail/scalar.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/point_formats.h"
 

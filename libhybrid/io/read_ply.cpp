@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/io/detail/scalar.h"
+#include "libhybrid/io/binary_number.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/point_formats.h"
 

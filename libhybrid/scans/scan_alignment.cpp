@@ -3,12 +3,12 @@
 #include "libhybrid/scans/scan_alignment.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/scans/direction_errors.h"
 
 namespace hybrid {
 namespace {
@@ -27,12 +27,6 @@ constexpr double kLossWidth = 2.5;
 constexpr double kSmallStep = 2e-4;
 /// A point lies on a surface within this distance [m].
 constexpr double kOnSurface = 0.1;
-/// Error of the direction of a surface as few returns tell it [rad]. Walls of a corridor alone seem
-/// to tell the place along it by that much.
-constexpr double kDirectionError = 0.05;
-/// The least share of the information in a direction that is taken to be of surfaces, not of the
-/// errors of their directions.
-constexpr double kLeastShare = 0.01;
 /// Median of the absolute values of a normal variable of unit variance.
 constexpr double kMedianOfNormal = 0.6745;
 
@@ -80,21 +74,6 @@ double robust_sigma(const std::vector<Pairing>& pairings) {
   return std::clamp(median(std::move(sizes)) / kMedianOfNormal, kLeastSigma, kMostSigma);
 }
 
-/// Information `H` of surfaces without what errors of their directions add, which is about `F`.
-Eigen::Matrix3d without_direction_errors(const Eigen::Matrix3d& H, const Eigen::Matrix3d& F) {
-  const Eigen::LLT<Eigen::Matrix3d> factor(H);
-  if (factor.info() != Eigen::Success) return Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d L = factor.matrixL();
-  Eigen::Matrix3d A = factor.matrixL().solve(F);
-  A = factor.matrixL().solve(A.transpose().eval());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (A + A.transpose()));
-  // Twice: the errors add this much on average.
-  const Eigen::Vector3d shares =
-      (1.0 - 2.0 * eigen.eigenvalues().array()).cwiseMax(kLeastShare).matrix();
-  const Eigen::Matrix3d B = L * eigen.eigenvectors();
-  return B * shares.asDiagonal() * B.transpose();
-}
-
 }  // namespace
 
 ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& map,
@@ -132,7 +111,7 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     const bool last =
         (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) || i + 1 == options.max_iterations;
     if (!last) continue;
-    result.information = without_direction_errors(H, F);
+    result.information = without_direction_errors<3>(H, F);
     break;
   }
   return result;

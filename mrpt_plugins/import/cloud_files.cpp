@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/detail/scalar.h"
+#include "libhybrid/io/binary_number.h"
 #include "libhybrid/io/folders.h"
 #include "libhybrid/io/point_formats.h"
 #include "libhybrid/io/regular_file.h"

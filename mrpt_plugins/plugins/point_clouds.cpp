@@ -111,7 +111,7 @@ std::optional<UncertainMotion3> PointClouds::motion_to(const Robot& robot, const
 }
 
 Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
-  for (auto& [number, robot] : robots_) robot.factors.forget();
+  refused();  // what was asked before is settled
   Contribution out;
   Robot& robot = robots_.try_emplace(frame.robot, options_).first->second;
   robot.lost_odometry = robot.lost_odometry || !frame.has_odometry;

@@ -12,6 +12,7 @@
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/mrpt_version.h"
+#include "mrpt_plugins/rawlog/detail/convert_object.h"
 #include "mrpt_plugins/rawlog/observation_record.h"
 
 namespace hybrid {
@@ -34,31 +35,22 @@ bool is_kept_beside(const CObservation& observation) {
          (depth->rangeImage_isExternallyStored() || depth->points3D_isExternallyStored());
 }
 
-std::vector<mrpt::math::TPoint3Df> points_in(const mrpt::maps::CPointsMap& map) {
-  std::vector<float> x, y, z;
-  map.getAllPoints(x, y, z);
-  std::vector<mrpt::math::TPoint3Df> points;
-  points.reserve(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i], z[i]);
-  return points;
-}
-
 /// All points, in the frame of the sensor.
 std::vector<mrpt::math::TPoint3Df> points_seen(const CObservation& observation) {
   if (const auto* cloud = dynamic_cast<const CObservationPointCloud*>(&observation)) {
-    return points_in(*cloud->pointcloud);
+    return points_of(*cloud->pointcloud);
   }
   CSimplePointsMap map;
   if (const auto* depth = dynamic_cast<const CObservation3DRangeScan*>(&observation)) {
     if (!depth->hasRangeImage) {
       map.setAllPoints(depth->points3D_x, depth->points3D_y, depth->points3D_z);
-      return points_in(map);
+      return points_of(map);
     }
     mrpt::obs::T3DPointsProjectionParams options;
     options.takeIntoAccountSensorPoseOnRobot = false;
     CObservation3DRangeScan copy = *depth;  // MRPT keeps tables in it
     copy.unprojectInto(map, options);
-    return points_in(map);
+    return points_of(map);
   }
   map.insertionOptions.minDistBetweenLaserPoints = 0;
   keep_all_points(map.insertionOptions);
@@ -66,7 +58,7 @@ std::vector<mrpt::math::TPoint3Df> points_seen(const CObservation& observation) 
   observation.getSensorPose(sensor);
   const mrpt::poses::CPose3D T_sensor_robot = mrpt::poses::CPose3D() - sensor;
   map.insertObservation(observation, T_sensor_robot);
-  return points_in(map);
+  return points_of(map);
 }
 
 }  // namespace

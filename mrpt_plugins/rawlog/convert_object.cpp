@@ -26,17 +26,8 @@ using mrpt::obs::CActionRobotMovement3D;
 using mrpt::obs::CObservation;
 using mrpt::obs::CSensoryFrame;
 
-std::vector<TPoint3Df> points_of(const CPointsMap& map) {
-  std::vector<float> x, y, z;
-  map.getAllPoints(x, y, z);
-  std::vector<TPoint3Df> points;
-  points.reserve(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i], z[i]);
-  return points;
-}
-
 /// All points of a scan, without thinning, seen from the robot.
-std::vector<TPoint3Df> points_of(const CObservation& observation) {
+std::vector<TPoint3Df> inserted_points(const CObservation& observation) {
   CSimplePointsMap map;
   map.insertionOptions.minDistBetweenLaserPoints = 0;
   keep_all_points(map.insertionOptions);
@@ -50,7 +41,7 @@ LoggedObservation convert(const CObservation::Ptr& observation, bool points) {
   out.class_name = observation->GetRuntimeClass()->className;
   out.time = observation->timestamp;
   out.content = observation;
-  if (points) out.points = points_of(*observation);
+  if (points) out.points = inserted_points(*observation);
   return out;
 }
 
@@ -84,6 +75,15 @@ LogObject convert(const CSensoryFrame& frame, bool points) {
 }
 
 }  // namespace
+
+std::vector<TPoint3Df> points_of(const CPointsMap& map) {
+  std::vector<float> x, y, z;
+  map.getAllPoints(x, y, z);
+  std::vector<TPoint3Df> points;
+  points.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i], z[i]);
+  return points;
+}
 
 LogObject convert_object(const mrpt::serialization::CSerializable::Ptr& object, bool points) {
   if (!object) throw Error("an object is missing");

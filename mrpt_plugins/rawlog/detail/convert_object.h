@@ -3,7 +3,10 @@
 
 #pragma once
 
+#include <mrpt/maps/CPointsMap.h>
 #include <mrpt/serialization/CSerializable.h>
+
+#include <vector>
 
 #include "mrpt_plugins/rawlog/log_object.h"
 
@@ -14,5 +17,8 @@ namespace hybrid {
 /// are told where they are asked for: of observations, of points maps and of CSimpleMap. Throws
 /// Error for an object with nothing where something must be, and what MRPT throws.
 LogObject convert_object(const mrpt::serialization::CSerializable::Ptr& object, bool points);
+
+/// All points of a map, in its frame.
+std::vector<mrpt::math::TPoint3Df> points_of(const mrpt::maps::CPointsMap& map);
 
 }  // namespace hybrid

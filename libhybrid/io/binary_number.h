@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <cstring>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A scalar type of binary point clouds: bytes, and 'i' signed, 'u' unsigned, 'f' floating.
 struct BinaryNumber {
