@@ -10,6 +10,7 @@ import contextlib
 import os
 import pathlib
 import re
+import shutil
 import struct
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -77,7 +78,7 @@ def records_of(file):
         if len(head) < 9:
             return False
         code, size = struct.unpack("<BQ", head)
-        content = file.read(min(size, file.size))
+        content = file.read(size) if size <= file.left() else b""
         if len(content) < size or code == DATA_END:
             return code == DATA_END
         if code == CHUNK:
@@ -90,10 +91,13 @@ def records_of(file):
 
 
 class View:
-    """Bytes as a file; `size` is that of all."""
+    """Bytes as a file."""
 
     def __init__(self, data):
-        self.data, self.at, self.size = memoryview(data), 0, len(data)
+        self.data, self.at = memoryview(data), 0
+
+    def left(self):
+        return len(self.data) - self.at
 
     def read(self, count):
         self.at += count
@@ -104,7 +108,10 @@ class File:
     """A file of known size."""
 
     def __init__(self, file):
-        self.read, self.size = file.read, os.fstat(file.fileno()).st_size
+        self.read, self.tell, self.size = file.read, file.tell, os.fstat(file.fileno()).st_size
+
+    def left(self):
+        return self.size - self.tell()
 
 
 # --- Messages: what a definition in ROS's own form says, in CDR.
@@ -158,12 +165,17 @@ class Decoder:
         return self.struct(self.short(self.name), "")
 
     def number(self, code):
+        return self.numbers(code, 1)[0]
+
+    def numbers(self, code, count):
+        """An array; that of bytes as they are."""
         size = struct.calcsize("=" + code)
-        self.at += -self.at % size
-        if self.at + size > len(self.data):
+        start = self.at + (-self.at % size if count else 0)
+        if start + count * size > len(self.data):
             raise BagError(f"{self.name}: a message ends early")
-        self.at += size
-        return struct.unpack_from(self.order + code, self.data, self.at - size)[0]
+        self.at = start + count * size
+        found = self.data[start:self.at]
+        return found if code == "B" else struct.unpack(f"{self.order}{count}{code}", found)
 
     def string(self):
         size = self.number("I")
@@ -188,7 +200,8 @@ class Decoder:
             count = self.number("I") if array == "" else array
             if count > len(self.data):
                 raise BagError(f"{self.name}: a message ends early")
-            out[name] = [self.value(field, package) for _ in range(count)]
+            out[name] = (self.numbers(NUMBERS[field], count) if field in NUMBERS else
+                         [self.value(field, package) for _ in range(count)])
         if not fields:
             self.number("B")  # CDR has no empty structures
         return out
@@ -264,13 +277,19 @@ def named(path):
         raise BagError(f"{path}: damaged, or not as ROS defines it: {type(error).__name__} {error}") from None
 
 
-def messages_of(files, topic):
-    """The messages of a topic, in the order of the files."""
+def messages_of(files, topic, drop=None):
+    """The messages of a topic, in the order of the files. `drop` is told what is wrong with one, which else ends it."""
     for path in files:
         schemas, channels = {}, {}
         for code, content in bag_records(path):
-            with named(path):
-                message = message_in(code, Bytes(content), topic, schemas, channels)
+            message = None
+            try:
+                with named(path):
+                    message = message_in(code, Bytes(content), topic, schemas, channels)
+            except BagError as error:
+                if drop is None or code != MESSAGE:
+                    raise
+                drop(str(error))
             if message is not None:
                 yield message
 
@@ -310,6 +329,29 @@ def written(path):
     finally:
         with contextlib.suppress(OSError):
             os.remove(part)
+
+
+@contextlib.contextmanager
+def filled(path):
+    """A folder whose files appear once all are complete; one that has files is refused, and a failure leaves what was there."""
+    path, part = pathlib.Path(path), pathlib.Path(path) / ".part"
+    try:
+        is_new = not path.exists()
+        if not is_new and next(path.iterdir(), None):
+            raise BagError(f"{path} is not empty: name a folder that is empty or new")
+        try:
+            part.mkdir(parents=True)
+            yield part
+            for file in list(part.iterdir()):
+                os.replace(file, path / file.name)
+            is_new = False
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+            if is_new:
+                with contextlib.suppress(OSError):
+                    path.rmdir()
+    except OSError as error:
+        raise BagError(f"cannot write {path}: {error.strerror}") from None
 
 
 def in_a_line(text):

@@ -29,15 +29,20 @@ def wrapped(angle):
     return math.atan2(math.sin(angle), math.cos(angle))
 
 
-def interpolated(times, poses, time):
-    """x, y and yaw at a time; None before the first or after the last pose."""
-    if not times or not times[0] <= time <= times[-1]:
+def around(times, poses, time):
+    """The poses before and after a time, and which share of the time between them has passed; None before the first or after
+    the last pose."""
+    if not times[0] <= time <= times[-1]:
         return None
     k = bisect.bisect_left(times, time)
     if times[k] == time:
-        return planar(poses[k])
-    (x, y, yaw), (u, v, turned) = planar(poses[k - 1]), planar(poses[k])
-    share = (time - times[k - 1]) / (times[k] - times[k - 1])
+        return poses[k], poses[k], 0.0
+    return poses[k - 1], poses[k], (time - times[k - 1]) / (times[k] - times[k - 1])
+
+
+def interpolated(before, after, share):
+    """x, y and yaw between two poses."""
+    (x, y, yaw), (u, v, turned) = planar(before), planar(after)
     return x + share * (u - x), y + share * (v - y), yaw + share * wrapped(turned - yaw)
 
 
@@ -102,9 +107,19 @@ def has_odometry(topics, options):
     return options.odometry or options.odometry_tf or any(Decoder.short(kind) in kinds for kind in topics.values())
 
 
-def spans(topic, first, last, times):
-    """Of which times scans and odometry are."""
-    return (f"{topic} has no scan with odometry around it: scans are of {first:.3f} to {last:.3f} s, odometry of "
+def timed_odometry(files, topics, options):
+    """Times and poses of the robot; None of a bag without odometry."""
+    if not has_odometry(topics, options):
+        return None
+    found = odometry_of(files, topics, options)
+    if not found:
+        raise BagError("the topic of the odometry has no message")
+    return [time for time, _ in found], [pose for _, pose in found]
+
+
+def spans(topic, what, first, last, times):
+    """Of which times scans or clouds, and odometry are."""
+    return (f"{topic} has no {what} with odometry around it: {what}s are of {first:.3f} to {last:.3f} s, odometry of "
             f"{times[0]:.3f} to {times[-1]:.3f} s; both need one clock")
 
 
@@ -114,11 +129,7 @@ def convert(options):
         raise BagError("no MCAP file is there")
     topics = topics_of(files)
     topic = chosen_topic(topics, (SCAN,), options.scans)
-    is_driven = has_odometry(topics, options)
-    poses = odometry_of(files, topics, options) if is_driven else []
-    times, poses = [time for time, _ in poses], [pose for _, pose in poses]
-    if is_driven and not times:
-        raise BagError("the topic of the odometry has no message")
+    odometry = timed_odometry(files, topics, options)
     count, outside, damaged, mount, first, last = 0, 0, 0, None, math.inf, -math.inf
     with tempfile.TemporaryFile() as unsorted, written(options.output) as log:
         lines = SortedLines(unsorted)
@@ -127,24 +138,25 @@ def convert(options):
                 mount = mount_of(files, topics, options.base, scan["header"]["frame_id"], topic)
             time = time_of(scan["header"])
             first, last = min(first, time), max(last, time)
-            robot = interpolated(times, poses, time) if is_driven else None
-            if is_driven and robot is None:
+            found = around(*odometry, time) if odometry else None
+            if odometry and found is None:
                 outside += 1
             elif not is_whole(scan):
                 damaged += 1
             else:
-                lines.add(time, line_of(scan, robot, *mount))
+                lines.add(time, line_of(scan, interpolated(*found) if found else None, *mount))
                 count += 1
         if first > last:
             raise BagError(f"{topic} has no message")
         if count == 0:
-            raise BagError(spans(topic, first, last, times) if outside else f"{topic} has no scan whose angles and least range are numbers")
-        if not is_driven and mount[0][0] != 0:
+            raise BagError(spans(topic, "scan", first, last, odometry[0]) if outside else
+                           f"{topic} has no scan whose angles and least range are numbers")
+        if not odometry and mount[0][0] != 0:
             log.write(f"PARAM robot_frontlaser_offset {mount[0][0]:.9g}\n")
         lines.write(log)
     tell_dropped(outside, "scans dropped: no odometry before or after them")
     tell_dropped(damaged, "scans dropped: their angles or their least range are no numbers")
-    if not is_driven:
+    if not odometry:
         beside = any(abs(x) > 1e-3 for x in mount[0][1:])
         print("the bag has no odometry: scans alone" + (", and the path will be that of the laser" if beside else ""))
     print(f"wrote {options.output}: {count} scans")

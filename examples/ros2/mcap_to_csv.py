@@ -98,7 +98,7 @@ def rising(timed_poses):
     """Poses in the order of their times, each time once, and how many are left out."""
     kept, dropped = [], 0
     for time, pose in sorted(timed_poses, key=lambda timed: timed[0]):
-        if kept and time == kept[-1][0] or not all(math.isfinite(x) for part in pose for x in part):
+        if kept and time == kept[-1][0] or not all(math.isfinite(x) for part in pose for x in part) or not any(pose[1]):
             dropped += 1
         else:
             kept.append((time, pose))
@@ -256,7 +256,7 @@ def odometry_of(files, topics, options):
     poses, dropped = rising(found)
     if options.odometry_tf and not poses:
         raise BagError(f"/tf has no transform from {parent} to {child}")
-    tell_dropped(dropped, "odometry dropped: its time was there before, or a number is not finite")
+    tell_dropped(dropped, "odometry dropped: its time was there before, a number is not finite, or its rotation is 0")
     return poses
 
 
@@ -303,11 +303,11 @@ def sensor_pose(files, topics, base, frame, optical, beside=None):
     return pose
 
 
-def tell_sensor_pose(files, topics, base, frame, optical, beside):
-    """Prints the same as an option of hybrid-import."""
+def sensor_pose_option(files, topics, base, frame, optical, beside):
+    """The same as an option of hybrid-import."""
     position, rotation = sensor_pose(files, topics, base, frame, optical, beside)
     numbers = (*position, *angles_of(rotation))
-    print("give hybrid-import: --sensor-pose " + " ".join(f"{x + 0.0:.6g}" for x in numbers))
+    return "give hybrid-import: --sensor-pose " + " ".join(f"{x + 0.0:.6g}" for x in numbers)
 
 
 def truth_of(files, topics, topic):
@@ -315,7 +315,7 @@ def truth_of(files, topics, topic):
     topic = chosen_topic(topics, (*POSES, FIX), topic)
     if Decoder.short(topics[topic]) != Decoder.short(FIX):
         poses, dropped = rising((time_of(m["header"]), pose_of(m)) for m in messages_of(files, topic))
-        tell_dropped(dropped, "truth dropped: its time was there before, or a number is not finite")
+        tell_dropped(dropped, "truth dropped: its time was there before, a number is not finite, or its rotation is 0")
         return "truth.tum", *lines_of([[time, *p, *q] for time, (p, q) in poses])
     rows, dropped, origin = fix_rows(messages_of(files, topic))
     tell_dropped(dropped, "satellite fixes dropped: they are none")
@@ -342,7 +342,7 @@ def convert(options):
             file.write(text)
         print(f"wrote {out / name}: {count} rows")
     if options.base:
-        tell_sensor_pose(files, topics, options.base, frame, optical, options.detections)
+        print(sensor_pose_option(files, topics, options.base, frame, optical, options.detections))
 
 
 def parser_of(doc, placed):

@@ -180,7 +180,8 @@ def make_files():
     for i in range(4):
         pathlib.Path(f"velodyne/{i}.bin").write_bytes(cloud_of_room(i))
         pathlib.Path(f"depth/{i}.png").write_bytes(depth_png(4, 2))
-    for name in ("odometry.txt", "truth.txt", "poses.txt"):
+    shutil.copytree("velodyne", "my_clouds")
+    for name in ("odometry.txt", "truth.txt", "poses.txt", "my_clouds/odometry.txt"):
         pathlib.Path(name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(4)), encoding="utf-8")
     # A laser in a corridor of 10 m.
     pathlib.Path("my_bag.clf").write_text("".join(
