@@ -141,15 +141,14 @@ int run(const std::string& file, const std::string& prefix, bool use_odometry, d
   for (std::size_t k = 0; k < mapper.closures().size(); ++k) {
     const ScanClosure& closure = mapper.closures()[k];
     const SE2 now = mapper.pose(closure.from).between(mapper.pose(closure.to));
-    const Eigen::Vector3d off = closure.mode.pose.motion.between(now).log();
+    const Eigen::Vector3d off = closure.pose.motion.between(now).log();
     accepted += mapper.status(k) == ClosureStatus::kAccepted ? 1 : 0;
-    closures << closure.from << "," << closure.to << "," << closure.modes << ","
-             << closure.mode.inliers << "," << closure.mode.score << ","
-             << static_cast<int>(mapper.status(k)) << "," << decisions[k].inlier_probability << ","
-             << decisions[k].chi_square << "," << off.head<2>().norm() << "," << off.z() << ","
-             << std::sqrt(closure.mode.pose.covariance(0, 0)) << ","
-             << std::sqrt(closure.mode.pose.covariance(1, 1)) << ","
-             << std::sqrt(closure.mode.pose.covariance(2, 2)) << "\n";
+    closures << closure.from << "," << closure.to << "," << closure.modes << "," << closure.inliers
+             << "," << static_cast<int>(mapper.status(k)) << "," << decisions[k].inlier_probability
+             << "," << decisions[k].chi_square << "," << off.head<2>().norm() << "," << off.z()
+             << "," << std::sqrt(closure.pose.covariance(0, 0)) << ","
+             << std::sqrt(closure.pose.covariance(1, 1)) << ","
+             << std::sqrt(closure.pose.covariance(2, 2)) << "\n";
   }
   std::sort(times.begin(), times.end());
   const auto at = [&](double share) {

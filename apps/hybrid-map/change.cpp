@@ -12,6 +12,7 @@
 #include "apps/exit_code.h"
 #include "apps/hybrid-map/commands.h"
 #include "apps/program.h"
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/scans/scan_join.h"
@@ -33,7 +34,7 @@ MapRecord whole_map(const std::string& file) {
           fmt::format("{}: session {} was interrupted; resume or prune it first", file, s.id));
     }
   }
-  if (!holds_places(map)) throw Error(file + ": holds no landmark and no laser scans");
+  if (!holds_places(map)) throw Error(file + ": holds no landmark, no laser scans and no clouds");
   return map;
 }
 
@@ -47,8 +48,8 @@ std::optional<JoinedMaps> joined_by_fixes(const MapRecord& first, const MapRecor
   return join_maps_at(first, second, *T, exact);
 }
 
-/// Joins two maps by landmarks that both have, else by laser scans, else by fixes; `why` tells why
-/// not.
+/// Joins two maps by landmarks that both have, else by laser scans or clouds, else by fixes; `why`
+/// tells why not.
 std::optional<JoinedMaps> joined_by_any(const MapRecord& first, const MapRecord& second,
                                         double odds, std::string& why) {
   why = "no common place with the other maps stands out";
@@ -61,6 +62,12 @@ std::optional<JoinedMaps> joined_by_any(const MapRecord& first, const MapRecord&
     if (joined) return joined;
     if (!by_scans.empty()) why += ": " + by_scans;
   }
+  if (!first.local_clouds.empty() && !second.local_clouds.empty() && first.is_3d) {
+    std::string by_clouds;
+    auto joined = join_maps_by_clouds(first, second, odds, by_clouds);
+    if (joined) return joined;
+    why += ": " + by_clouds;
+  }
   return joined_by_fixes(first, second);
 }
 
@@ -68,8 +75,9 @@ std::optional<JoinedMaps> joined_by_any(const MapRecord& first, const MapRecord&
 void tell(const std::string& file, const JoinedMaps& joined) {
   const Eigen::Vector3d t = joined.T_first_second.translation();
   const Eigen::Matrix3d R = joined.T_first_second.linear();
+  const char* views = joined.map.is_3d ? "clouds" : "laser scans";
   const std::string by = joined.scan_matches > 0
-                             ? fmt::format("{} matches of laser scans, ", joined.scan_matches)
+                             ? fmt::format("{} matches of {}, ", joined.scan_matches, views)
                          : joined.was_known ? "by fixes of satellites, "
                                             : "";
   say("{}: {}{} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
@@ -150,8 +158,8 @@ int join(const Options& options) {
   }
   MapFile file(options.output);
   file.replace(all);
-  say("{} landmarks, {} local maps of laser scans, {} sessions -> {}\n", all.landmarks.size(),
-      all.local_maps.size(), all.sessions.size(), options.output);
+  say("{} landmarks{}, {} sessions -> {}\n", all.landmarks.size(), places_text(all),
+      all.sessions.size(), options.output);
   return kExitOk;
 }
 
@@ -171,10 +179,13 @@ int prune(const Options& options) {
       map.sessions.erase(it);
     } else {
       it->keyframes.clear();
-      auto& local = map.local_maps;
-      local.erase(std::remove_if(local.begin(), local.end(),
-                                 [id](const MapLocalMap& m) { return m.session == id; }),
-                  local.end());
+      const auto forget = [id](auto& local) {
+        local.erase(std::remove_if(local.begin(), local.end(),
+                                   [id](const auto& m) { return m.session == id; }),
+                    local.end());
+      };
+      forget(map.local_maps);
+      forget(map.local_clouds);
     }
   }
   for (const std::string& robot : options.robots) remove_keyframes(name, robot, map);

@@ -3,7 +3,10 @@
 
 #pragma once
 
+#include <string>
+
 #include "apps/hybrid-map/options.h"
+#include "libhybrid/maps/map_record.h"
 
 namespace hybrid {
 
@@ -13,5 +16,8 @@ int check(const Options& options);
 int export_map(const Options& options);
 int join(const Options& options);
 int prune(const Options& options);
+
+/// ", 4 local maps of laser scans", and of clouds; "" where a map has none.
+std::string places_text(const MapRecord& map);
 
 }  // namespace hybrid

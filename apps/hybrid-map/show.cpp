@@ -15,6 +15,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/map_file/export_map.h"
+#include "mrpt_plugins/output/cloud_writer.h"
 #include "mrpt_plugins/output/landmark_writer.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/scan_map.h"
@@ -37,6 +38,7 @@ Json describe(const MapRecord& map) {
               {"landmarks", existing(map)},
               {"vanished", map.landmarks.size() - existing(map)},
               {"local_maps", map.local_maps.size()},
+              {"local_clouds", map.local_clouds.size()},
               {"prior_loss_nat", map.prior.loss},
               {"sessions", Json::array()}};
   for (const MapSession& s : map.sessions) {
@@ -73,6 +75,17 @@ std::string robots_text(const MapRecord& map, const MapSession& session) {
 
 }  // namespace
 
+std::string places_text(const MapRecord& map) {
+  std::string out;
+  if (!map.local_maps.empty()) {
+    out += fmt::format(", {} local maps of laser scans", map.local_maps.size());
+  }
+  if (!map.local_clouds.empty()) {
+    out += fmt::format(", {} local maps of clouds", map.local_clouds.size());
+  }
+  return out;
+}
+
 int info(const Options& options) {
   const MapRecord map = read_map(options.maps[0]);
   if (options.json) {
@@ -84,8 +97,7 @@ int info(const Options& options) {
   if (existing(map) < map.landmarks.size()) {
     say(" and {} that vanished", map.landmarks.size() - existing(map));
   }
-  if (!map.local_maps.empty()) say(", {} local maps of laser scans", map.local_maps.size());
-  say(", {} classes\n", map.class_names.size());
+  say("{}, {} classes\n", places_text(map), map.class_names.size());
   for (const MapSession& s : map.sessions) {
     say("session {}: {}, {} keyframes{}{}, {}\n", s.id, s.mode, s.keyframes.size(),
         robots_text(map, s), s.complete ? "" : ", interrupted",
@@ -120,6 +132,10 @@ int export_map(const Options& options) {
   if (result.grid) {
     out.write("map.pgm", grid_pgm(*result.grid));
     out.write("map.yaml", grid_yaml(*result.grid, "map.pgm"));
+  }
+  if (result.cloud) {
+    out.write("cloud.ply", cloud_ply(*result.cloud));
+    out.write("cloud.pcd", cloud_pcd(*result.cloud));
   }
   if (options.pictures) out.write("map.png", png(map_image(result)));
   Provenance provenance = options.provenance;

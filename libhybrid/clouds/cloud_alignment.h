@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libhybrid/clouds/cloud_surfaces.h"
+#include "libhybrid/geometry/uncertain_motion.h"
 
 namespace HYBRID_API hybrid {
 
@@ -34,12 +35,6 @@ struct CloudAlignment {
 /// the least cost near `start`. Points without a normal are not used.
 CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces& map,
                      const SE3& start, const CloudAlignmentOptions& options = {});
-
-/// A motion in space, and its covariance in its tangent.
-struct UncertainMotion3 {
-  SE3 motion;
-  Matrix6 covariance = Matrix6::Identity();
-};
 
 /// The covariance of an alignment, with the errors that all of its points share: those of the
 /// sensor and of the map.

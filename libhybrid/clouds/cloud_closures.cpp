@@ -4,67 +4,16 @@
 #include "libhybrid/clouds/cloud_closures.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
-
-#include "libhybrid/scans/correlative_search.h"
 
 namespace hybrid {
 namespace {
 
 /// Targets kept in memory; others are made again when needed.
 constexpr std::size_t kMostTargets = 20;
-/// Standard deviations that a window covers: what holds 99.7 % of a Student t of 4 degrees of
-/// freedom, since some matches are wrong. Its least size is so many spacings, and this turn [rad].
-constexpr double kCovered = 6.6;
-constexpr double kLeastWindow = 2;
-constexpr double kLeastTurn = 0.08;
-/// Surfaces whose normals are steeper than this are walls, and fewer of them tell no pose.
-constexpr double kWall = 0.5;
-constexpr std::size_t kFewWalls = 50;
-constexpr std::size_t kWallPoints = 200;  // that a search uses
-/// Errors of height are tried in steps of so many spacings, at most so many up and down.
-constexpr double kHeightStep = 1.5;
-constexpr int kMostHeights = 3;
-constexpr std::size_t kHeightPoints = 400;  // that choose one of these
-/// Modes closer together than this are one [spacings], [rad].
-constexpr double kOneMode = 3;
-constexpr double kOneModeTurn = 0.05;
-
-double yaw_of(const Eigen::Matrix3d& R) {
-  return std::atan2(R(1, 0), R(0, 0));
-}
-Eigen::Matrix3d turn_about_z(double angle) {
-  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-}
-SE3 turned(const Eigen::Matrix3d& R) {
-  return {Eigen::Vector3d::Zero(), Eigen::Quaterniond(R)};
-}
-
-/// The rotation of an estimated pose without its heading: it makes axes of the robot level.
-Eigen::Matrix3d level_of(const SE3& pose) {
-  const Eigen::Matrix3d R = pose.rotation().matrix();
-  return turn_about_z(-yaw_of(R)) * R;
-}
-
-/// Where points of walls are, seen from above, in a frame turned by `R`.
-std::vector<Eigen::Vector2d> walls(const std::vector<CloudPoint>& points,
-                                   const Eigen::Matrix3d& R) {
-  std::vector<Eigen::Vector2d> out;
-  for (const CloudPoint& point : points) {
-    if (std::abs(R.row(2) * point.normal.cast<double>()) > kWall) continue;
-    out.push_back((R * point.position.cast<double>()).head<2>());
-  }
-  return out;
-}
-
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points, std::size_t most) {
-  if (points.size() <= most) return points;
-  std::vector<Eigen::Vector2d> out;
-  for (std::size_t i = 0; i < most; ++i) out.push_back(points[i * points.size() / most]);
-  return out;
-}
+/// Points of a stored cloud that tell how far it is.
+constexpr std::size_t kSamplePoints = 200;
 
 }  // namespace
 
@@ -72,14 +21,39 @@ std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points,
 struct CloudClosureSearch::Query {
   std::size_t cloud = 0;
   double spacing = 0, reach = 0;
-  std::vector<CloudPoint> points, coarse;
+  std::vector<CloudPoint> points;
+  double way = 0;                  // along which they were seen [m]
   double shared = 1;               // number of searches that share them
   Matrix6 walk = Matrix6::Zero();  // covariance of the motion along it
+
+  CloudClosure closure(const CloudAlignment& mode, double from_anchor) const;
 };
 
+/// The places of a stretch walk at random relative to its end, and so does their mean, by a third
+/// of that; the same holds for the map around the cloud to which a closure refers, or from the
+/// anchor of a stored cloud to the place. Searches that share points tell a share each.
+CloudClosure CloudClosureSearch::Query::closure(const CloudAlignment& mode,
+                                                double from_anchor) const {
+  const double steps = 2.0 / 3.0 + (way > 0 ? from_anchor / way : 0.0);
+  CloudClosure out;
+  out.to = cloud;
+  out.pose = {mode.pose, shared * (alignment_covariance(mode) + steps * walk)};
+  out.inliers = mode.inliers;
+  return out;
+}
+
+void CloudClosureSearch::store(std::vector<StoredCloud> clouds) {
+  stored_ = std::move(clouds);
+  samples_.clear();
+  for (const StoredCloud& stored : stored_) {
+    samples_.push_back(
+        transformed(stored.T_map_anchor.motion, chosen(stored.points, kSamplePoints)));
+  }
+}
+
 /// Complete local maps that were left behind, nearest first.
-std::vector<std::size_t> CloudClosureSearch::candidates(const CloudTracker& tracker,
-                                                        const Poses& poses, double reach) const {
+std::vector<CloudClosureSearch::TargetName> CloudClosureSearch::candidates(
+    const CloudTracker& tracker, const Poses& poses) const {
   const std::vector<LocalCloud>& maps = tracker.local_maps();
   const Eigen::Vector3d here = poses(tracker.clouds() - 1).translation();
   std::vector<std::pair<double, std::size_t>> near;
@@ -91,29 +65,48 @@ std::vector<std::size_t> CloudClosureSearch::candidates(const CloudTracker& trac
     for (const SE3& pose : map.poses) {
       nearest = std::min(nearest, (anchor * pose.translation() - here).norm());
     }
+    if (nearest < (options_.view + options_.max_reach) * tracker.reach()) {
+      near.emplace_back(nearest, m);
+    }
+  }
+  std::stable_sort(near.begin(), near.end());
+  std::vector<TargetName> out;
+  for (const auto& [distance, m] : near) {
+    const bool overlaps = std::any_of(out.begin(), out.end(), [m = m](const TargetName& other) {
+      return other.number + 1 == m || m + 1 == other.number;
+    });
+    if (!overlaps && static_cast<int>(out.size()) < options_.most_maps) out.push_back({false, m});
+  }
+  return out;
+}
+
+/// Stored clouds that may be seen from a place, nearest first.
+std::vector<CloudClosureSearch::TargetName> CloudClosureSearch::stored_candidates(
+    const Eigen::Vector3d& here, double reach) const {
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t m = 0; m < samples_.size(); ++m) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const CloudPoint& point : samples_[m]) {
+      nearest = std::min(nearest, (point.position.cast<double>() - here).norm());
+    }
     if (nearest < (options_.view + options_.max_reach) * reach) near.emplace_back(nearest, m);
   }
   std::stable_sort(near.begin(), near.end());
-  std::vector<std::size_t> out;
+  std::vector<TargetName> out;
   for (const auto& [distance, m] : near) {
-    const bool overlaps = std::any_of(out.begin(), out.end(), [m = m](std::size_t other) {
-      return other + 1 == m || m + 1 == other;
-    });
-    if (!overlaps && static_cast<int>(out.size()) < options_.most_maps) out.push_back(m);
+    if (static_cast<int>(out.size()) < options_.most_maps) out.push_back({true, m});
   }
   return out;
 }
 
 /// Made when first needed, and kept as long as it is among those used last.
-CloudClosureSearch::Target& CloudClosureSearch::target(const LocalCloud& map, std::size_t number,
-                                                       double spacing,
-                                                       const Eigen::Matrix3d& level) {
-  auto found = targets_.find(number);
+const CloudTarget& CloudClosureSearch::target(const TargetName& name,
+                                              const std::vector<CloudPoint>& points, double spacing,
+                                              const SE3& T_map_anchor) {
+  auto found = targets_.find(name);
   if (found == targets_.end()) {
-    Target made{CloudSurfaces(spacing), {}, 0};
-    made.surfaces.add(map.points);
-    made.walls = LikelihoodField(walls(made.surfaces.points(), level), spacing, 1.2 * spacing);
-    found = targets_.emplace(number, std::move(made)).first;
+    found = targets_.emplace(name, KeptTarget{make_cloud_target(points, spacing, T_map_anchor), 0})
+                .first;
   }
   found->second.used = ++searches_;
   if (targets_.size() > kMostTargets) {
@@ -121,77 +114,21 @@ CloudClosureSearch::Target& CloudClosureSearch::target(const LocalCloud& map, st
         targets_.begin(), targets_.end(),
         [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
   }
-  return found->second;
+  return found->second.target;
 }
 
-/// Poses from which surfaces may be aligned, in the frame of the target.
-std::vector<SE3> CloudClosureSearch::starts(const Query& query, const Target& target,
-                                            const Eigen::Matrix3d& level,
-                                            const UncertainMotion3& predicted) const {
-  std::vector<SE3> out{predicted.motion};
-  const Eigen::Matrix3d R = level * predicted.motion.rotation().matrix();
-  const Eigen::Vector3d centre = level * predicted.motion.translation();
-  const Eigen::Matrix3d own_level = turn_about_z(-yaw_of(R)) * R;
-  const std::vector<Eigen::Vector2d> seen = walls(query.points, own_level);
-  if (seen.size() < kFewWalls || target.walls.empty()) return out;
-  const Eigen::Matrix3d C = R * predicted.covariance.topLeftCorner<3, 3>() * R.transpose();
-  const Eigen::Matrix3d Q = R * predicted.covariance.bottomRightCorner<3, 3>() * R.transpose();
-  const double least = kLeastWindow * query.spacing, most = options_.max_reach * query.reach;
-  SearchWindow window;
-  window.centre = SE2(centre.x(), centre.y(), yaw_of(R));
-  window.reach.x() = std::clamp(kCovered * std::sqrt(C(0, 0)), least, most);
-  window.reach.y() = std::clamp(kCovered * std::sqrt(C(1, 1)), least, most);
-  window.turn = std::clamp(kCovered * std::sqrt(Q(2, 2)), kLeastTurn, options_.max_turn);
-  SearchOptions options;
-  options.same_translation = 2 * query.spacing;
-  for (const SearchMode& mode :
-       search_poses(thinned(seen, kWallPoints), target.walls, window, options)) {
-    const Eigen::Vector3d at(mode.pose.x(), mode.pose.y(), centre.z());
-    const Eigen::Matrix3d turn = turn_about_z(mode.pose.angle()) * own_level;
-    out.push_back(turned(level.transpose()) * SE3(at, Eigen::Quaterniond(turn)));
-  }
-  // Nothing so far tells the height.
-  const double step = kHeightStep * query.spacing;
-  const int heights = std::min(kMostHeights, static_cast<int>(3 * std::sqrt(C(2, 2)) / step));
-  CloudAlignmentOptions quick;
-  quick.with_information = false;
-  const Eigen::Vector3d up = level.transpose() * Eigen::Vector3d::UnitZ();
-  for (SE3& start : out) {
-    SE3 best = start;
-    double most_inliers = -1;
-    for (int i = 0; i <= 2 * heights; ++i) {
-      const double rise = step * (i % 2 == 0 ? i / 2 : -(i + 1) / 2);
-      const SE3 moved(start.translation() + rise * up, start.rotation());
-      const CloudAlignment found = align(query.coarse, target.surfaces, moved, quick);
-      if (found.inliers <= most_inliers) continue;
-      most_inliers = found.inliers;
-      best = found.pose;
-    }
-    start = best;
-  }
-  return out;
+CloudMatchOptions CloudClosureSearch::match_options(double reach) const {
+  return {options_.max_reach * reach, options_.max_turn, options_.min_inliers,
+          options_.most_points};
 }
 
-/// Adds all poses at which the query matches a local map.
-void CloudClosureSearch::look(const Query& query, const LocalCloud& map, std::size_t number,
-                              const Poses& poses, const Relation& relation,
-                              std::vector<CloudClosure>& closures) {
-  const Eigen::Matrix3d level = level_of(poses(map.anchor));
-  const Target& target = this->target(map, number, query.spacing, level);
-  std::vector<CloudAlignment> modes;
-  for (const SE3& start : starts(query, target, level, relation(map.anchor, query.cloud))) {
-    const CloudAlignment found = align(query.points, target.surfaces, start);
-    if (found.inliers < options_.min_inliers) continue;
-    const bool is_known = std::any_of(modes.begin(), modes.end(), [&](const CloudAlignment& m) {
-      const SE3 off = m.pose.between(found.pose);
-      return off.translation().norm() < kOneMode * query.spacing &&
-             off.rotation().log().norm() < kOneModeTurn;
-    });
-    if (!is_known) modes.push_back(found);
-  }
-  std::stable_sort(
-      modes.begin(), modes.end(),
-      [](const CloudAlignment& a, const CloudAlignment& b) { return a.support > b.support; });
+void CloudClosureSearch::look_at_local_map(const Query& query, const LocalCloud& map,
+                                           const TargetName& name, const Poses& poses,
+                                           const Relation& relation,
+                                           std::vector<CloudClosure>& closures) {
+  const CloudTarget& target = this->target(name, map.points, query.spacing, poses(map.anchor));
+  const auto modes =
+      match(query.points, target, relation(map.anchor, query.cloud), match_options(query.reach));
   const std::size_t first = closures.size();
   for (const CloudAlignment& mode : modes) {
     // What lies between the anchor and the nearest cloud is not known as well as the match is.
@@ -200,46 +137,70 @@ void CloudClosureSearch::look(const Query& query, const LocalCloud& map, std::si
           return (a.translation() - mode.pose.translation()).norm() <
                  (b.translation() - mode.pose.translation()).norm();
         });
-    CloudClosure out;
+    CloudClosure out = query.closure(mode, 0);
     out.from = map.anchor + static_cast<std::size_t>(nearest - map.poses.begin());
-    out.to = query.cloud;
-    // The places of a stretch walk at random relative to its end, and so does their mean, by a
-    // third of that; the same holds for the map. Searches that share points tell a share each.
-    out.pose = {nearest->between(mode.pose),
-                query.shared * (alignment_covariance(mode) + 2.0 / 3.0 * query.walk)};
-    out.inliers = mode.inliers;
+    out.pose.motion = nearest->between(mode.pose);
     out.modes = static_cast<int>(modes.size());
     out.first_mode = first;
     closures.push_back(out);
   }
 }
 
-std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker,
-                                                     const Poses& poses, const Relation& relation) {
-  std::vector<CloudClosure> closures;
-  const double reach = tracker.reach();
-  if (tracker.surfaces() == nullptr || options_.most_maps == 0) return closures;
+void CloudClosureSearch::look_at_stored(const Query& query, const TargetName& name,
+                                        const Relation& relation,
+                                        std::vector<CloudClosure>& closures) {
+  const StoredCloud& stored = stored_[name.number];
+  const CloudTarget& target =
+      this->target(name, stored.points, query.spacing, stored.T_map_anchor.motion);
+  const auto modes =
+      match(query.points, target, relation(name.number, query.cloud), match_options(query.reach));
+  const std::size_t first = closures.size();
+  for (const CloudAlignment& mode : modes) {
+    CloudClosure out = query.closure(mode, mode.pose.translation().norm());
+    out.from = name.number;
+    out.modes = static_cast<int>(modes.size());
+    out.first_mode = first;
+    out.is_known = true;
+    closures.push_back(out);
+  }
+}
+
+/// What the present local map shows, and how it is known beside a match.
+CloudClosureSearch::Query CloudClosureSearch::present_query(const CloudTracker& tracker,
+                                                            const Relation& relation) const {
   const LocalCloud& present = tracker.local_maps().back();
-  const double way = present.travelled.back();
-  if (way < next_) return closures;
-  next_ = way + options_.every * reach;
-  const std::vector<std::size_t> near = candidates(tracker, poses, reach);
-  if (near.empty()) return closures;
   Query query;
   query.cloud = tracker.clouds() - 1;
   query.spacing = tracker.surfaces()->spacing();
-  query.reach = reach;
+  query.reach = tracker.reach();
   query.points = chosen(transformed(present.poses.back().inverse(), tracker.surfaces()->points()),
                         options_.most_points);
-  query.coarse = chosen(query.points, kHeightPoints);
-  const double seen = way - present.travelled.front();
-  query.shared = std::max(1.0, seen / (options_.every * reach));
+  query.way = present.travelled.back() - present.travelled.front();
+  query.shared = std::max(1.0, query.way / (options_.every * query.reach));
   if (present.anchor < query.cloud) {
     query.walk = relation(present.anchor, query.cloud).covariance;
   }
-  for (const std::size_t m : near) {
-    look(query, tracker.local_maps()[m], m, poses, relation, closures);
+  return query;
+}
+
+std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker,
+                                                     const Poses& poses, const Relation& relation,
+                                                     const Relation& stored) {
+  std::vector<CloudClosure> closures;
+  if (tracker.surfaces() == nullptr || options_.most_maps == 0) return closures;
+  const double way = tracker.local_maps().back().travelled.back();
+  if (way < next_) return closures;
+  next_ = way + options_.every * tracker.reach();
+  const std::vector<TargetName> near = candidates(tracker, poses);
+  const std::vector<TargetName> near_stored =
+      stored_candidates(poses(tracker.clouds() - 1).translation(), tracker.reach());
+  if (near.empty() && near_stored.empty()) return closures;
+  const Query query = present_query(tracker, relation);
+  for (const TargetName& name : near) {
+    const LocalCloud& map = tracker.local_maps()[name.number];
+    look_at_local_map(query, map, name, poses, relation, closures);
   }
+  for (const TargetName& name : near_stored) look_at_stored(query, name, stored, closures);
   return closures;
 }
 

@@ -6,10 +6,12 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
+#include "libhybrid/clouds/cloud_match.h"
 #include "libhybrid/clouds/cloud_tracker.h"
-#include "libhybrid/scans/likelihood_field.h"
+#include "libhybrid/online/closure_graph.h"
 
 namespace HYBRID_API hybrid {
 
@@ -24,18 +26,20 @@ struct CloudClosureOptions {
   std::size_t most_points = 2000;  ///< that are matched, evenly chosen
 };
 
-/// A place where a cloud may be, in the frame of an earlier one.
-struct CloudClosure {
-  std::size_t from = 0, to = 0;  ///< clouds
-  UncertainMotion3 pose;         ///< of `to` in the frame of `from`
-  double inliers = 0;            ///< share of the points that lie on a surface
-  int modes = 1;                 ///< that the same search has found, of which at most one is true
-  std::size_t first_mode = 0;    ///< number of the first of them, of all found for the cloud
+/// A relative pose between clouds of different times, or of a stored cloud and a cloud.
+using CloudClosure = PlaceClosure<SE3>;
+
+/// What clouds saw along a stretch of an earlier drive, in the frame of its first cloud.
+struct StoredCloud {
+  UncertainMotion3 T_map_anchor;
+  std::vector<CloudPoint> points;
+  double spacing = 0;  ///< between these [m]
 };
 
-/// Searches earlier local maps for the place of the newest cloud. Maps of walls and poles, seen
-/// from above, tell all poses in the plane at which these may lie on each other; from each, and
-/// from the pose that the path predicts, the surfaces are aligned in space.
+/// Searches earlier local maps, and clouds of earlier drives, for the place of the newest cloud.
+/// Maps of walls and poles, seen from above, tell all poses in the plane at which these may lie on
+/// each other; from each, and from the pose that the path predicts, the surfaces are aligned in
+/// space.
 class CloudClosureSearch {
  public:
   /// Estimate of the pose of a cloud.
@@ -45,32 +49,48 @@ class CloudClosureSearch {
 
   explicit CloudClosureSearch(const CloudClosureOptions& options = {}) : options_(options) {}
 
-  /// All modes of each place; none while the way since the last search is short.
+  /// Clouds of earlier drives to search, too, in the frame of the estimates.
+  void store(std::vector<StoredCloud> clouds);
+  const std::vector<StoredCloud>& stored() const { return stored_; }
+
+  /// All modes of each place; none while the way since the last search is short. `stored` tells the
+  /// pose of a cloud b in the frame of the stored cloud a.
   std::vector<CloudClosure> search(const CloudTracker& tracker, const Poses& poses,
-                                   const Relation& relation);
+                                   const Relation& relation, const Relation& stored = {});
 
  private:
-  /// A complete local map as it is searched.
-  struct Target {
-    CloudSurfaces surfaces;
-    LikelihoodField walls;  // of a level frame at the anchor
-    std::size_t used = 0;   // the search that used it last
+  /// A complete local map of this drive, or a stored cloud, by its number.
+  struct TargetName {
+    bool is_stored = false;
+    std::size_t number = 0;
+    bool operator<(const TargetName& b) const {
+      return std::make_pair(is_stored, number) < std::make_pair(b.is_stored, b.number);
+    }
+  };
+  struct KeptTarget {
+    CloudTarget target;
+    std::size_t used = 0;  // the search that used it last
   };
   struct Query;
 
-  std::vector<std::size_t> candidates(const CloudTracker& tracker, const Poses& poses,
-                                      double reach) const;
-  Target& target(const LocalCloud& map, std::size_t number, double spacing,
-                 const Eigen::Matrix3d& level);
-  std::vector<SE3> starts(const Query& query, const Target& target, const Eigen::Matrix3d& level,
-                          const UncertainMotion3& predicted) const;
-  void look(const Query& query, const LocalCloud& map, std::size_t number, const Poses& poses,
-            const Relation& relation, std::vector<CloudClosure>& closures);
+  std::vector<TargetName> candidates(const CloudTracker& tracker, const Poses& poses) const;
+  std::vector<TargetName> stored_candidates(const Eigen::Vector3d& here, double reach) const;
+  const CloudTarget& target(const TargetName& name, const std::vector<CloudPoint>& points,
+                            double spacing, const SE3& T_map_anchor);
+  CloudMatchOptions match_options(double reach) const;
+  Query present_query(const CloudTracker& tracker, const Relation& relation) const;
+  void look_at_local_map(const Query& query, const LocalCloud& map, const TargetName& name,
+                         const Poses& poses, const Relation& relation,
+                         std::vector<CloudClosure>& closures);
+  void look_at_stored(const Query& query, const TargetName& name, const Relation& relation,
+                      std::vector<CloudClosure>& closures);
 
   CloudClosureOptions options_;
-  double next_ = 0;                        // way at which to search again [m]
-  std::map<std::size_t, Target> targets_;  // by number of the local map
+  double next_ = 0;  // way at which to search again [m]
+  std::map<TargetName, KeptTarget> targets_;
   std::size_t searches_ = 0;
+  std::vector<StoredCloud> stored_;
+  std::vector<std::vector<CloudPoint>> samples_;  // of each of these, in the map
 };
 
 }  // namespace hybrid

@@ -4,30 +4,14 @@
 #include "libhybrid/clouds/cloud_mapper.h"
 
 #include <algorithm>
-#include <memory>
 #include <utility>
-
-#include "libhybrid/core/key_letters.h"
-#include "libhybrid/factors/between.h"
-#include "libhybrid/factors/prior.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kOrigin = 1e-3;  // m, rad: sigma of the first pose, which is the frame
 /// Sigma of a motion that nothing tells [reach], [rad].
 constexpr double kUntoldTranslation = 1;
 constexpr double kUntoldRotation = 1;
-
-Key pose_key(std::size_t cloud) {
-  return {key_letter::kPose, cloud};
-}
-
-ContinuousFactorPtr motion_factor(std::size_t from, std::size_t to,
-                                  const UncertainMotion3& motion) {
-  return std::make_shared<Between<SE3>>(pose_key(from), pose_key(to), motion.motion,
-                                        Noise::covariance(motion.covariance));
-}
 
 /// The motion to a cloud from the one before: what a match, and odometry where it is known, tell; a
 /// motion that is hardly known where none of them does.
@@ -48,18 +32,20 @@ std::vector<UncertainMotion3> motions_to(const TrackedCloud& tracked,
 }  // namespace
 
 CloudMapper::CloudMapper(const CloudMapperOptions& options)
-    : tracker_(options.tracker), search_(options.closures), selection_(options.selection) {}
+    : tracker_(options.tracker), search_(options.closures), graph_(options.selection) {}
 
-SE3 CloudMapper::pose(std::size_t cloud) const {
-  return selection_.smoother().values().at<SE3>(pose_key(cloud));
+void CloudMapper::adopt(std::vector<StoredCloud> stored, const UncertainMotion3& start) {
+  std::vector<UncertainMotion3> places;
+  for (const StoredCloud& cloud : stored) places.push_back(cloud.T_map_anchor);
+  graph_.adopt(std::move(places), start);
+  search_.store(std::move(stored));
 }
 
-UncertainMotion3 CloudMapper::relation(std::size_t a, std::size_t b) const {
-  const SE3 motion = pose(a).between(pose(b));
-  if (a == b) return {motion, Matrix6::Zero()};
-  Eigen::MatrixXd J(6, 12);
-  J << -motion.inverse().adjoint(), Matrix6::Identity();
-  return {motion, selection_.smoother().joint_covariance({pose_key(a), pose_key(b)}, J)};
+std::vector<CloudClosure> CloudMapper::search() {
+  return search_.search(
+      tracker_, [this](std::size_t i) { return pose(i); },
+      [this](std::size_t a, std::size_t b) { return graph_.relation(a, b); },
+      [this](std::size_t stored, std::size_t b) { return graph_.from_place(stored, b); });
 }
 
 TrackedCloud CloudMapper::add(const std::vector<Eigen::Vector3f>& points,
@@ -67,37 +53,22 @@ TrackedCloud CloudMapper::add(const std::vector<Eigen::Vector3f>& points,
                               const std::optional<UncertainMotion3>& odometry) {
   const TrackedCloud tracked = tracker_.track(points, sensor, odometry);
   const std::size_t k = tracked.cloud;
-  Delta delta;
   if (k == 0) {
-    delta.values.insert(pose_key(0), SE3());
-    delta.continuous.push_back(
-        std::make_shared<Prior<SE3>>(pose_key(0), SE3(), Noise::isotropic(6, kOrigin)));
-    selection_.update(delta);
+    graph_.begin();
     return tracked;
   }
-  delta.values.insert(pose_key(k), pose(k - 1) * tracked.T_before_cloud);
+  std::vector<ClosureGraph<SE3>::Motion> motions;
   for (const UncertainMotion3& motion : motions_to(tracked, odometry, tracker_.reach())) {
-    delta.continuous.push_back(motion_factor(k - 1, k, motion));
+    motions.push_back({k - 1, motion});
   }
-  selection_.update(delta);
-  const std::vector<CloudClosure> found = search_.search(
-      tracker_, [this](std::size_t i) { return pose(i); },
-      [this](std::size_t a, std::size_t b) { return relation(a, b); });
-  if (found.empty()) return tracked;
-  std::vector<ContinuousFactorPtr> factors;
-  Alternatives modes;
-  for (const CloudClosure& closure : found) {
-    modes.add(closure.first_mode);
-    factors.push_back(motion_factor(closure.from, closure.to, closure.pose));
-  }
-  closures_.reserve(closures_.size() + found.size());
-  selection_.update({}, factors, modes);
-  closures_.insert(closures_.end(), found.begin(), found.end());
+  graph_.add(graph_.step(k, pose(k - 1) * tracked.T_before_cloud, motions), {});
+  const std::vector<CloudClosure> found = search();
+  if (!found.empty()) graph_.add({}, found);
   return tracked;
 }
 
 void CloudMapper::finish() {
-  if (tracker_.clouds() > 0) selection_.finish();
+  if (tracker_.clouds() > 0) graph_.finish();
 }
 
 }  // namespace hybrid

@@ -9,7 +9,7 @@
 
 #include "libhybrid/clouds/cloud_closures.h"
 #include "libhybrid/clouds/cloud_tracker.h"
-#include "libhybrid/online/online_selection.h"
+#include "libhybrid/online/closure_graph.h"
 
 namespace HYBRID_API hybrid {
 
@@ -25,6 +25,10 @@ class CloudMapper {
  public:
   explicit CloudMapper(const CloudMapperOptions& options = {});
 
+  /// Before the first cloud: where that is, in the frame of clouds of earlier drives, which are
+  /// searched for closures, too.
+  void adopt(std::vector<StoredCloud> stored, const UncertainMotion3& start);
+
   /// `points` are in the frame of the robot [m], seen from `sensor`; `odometry` is the motion since
   /// the cloud before, where it is known.
   TrackedCloud add(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor,
@@ -32,20 +36,20 @@ class CloudMapper {
   /// Decides all closures again and solves to convergence.
   void finish();
 
-  SE3 pose(std::size_t cloud) const;
+  SE3 pose(std::size_t cloud) const { return graph_.pose(cloud); }
   const CloudTracker& tracker() const { return tracker_; }
-  const std::vector<CloudClosure>& closures() const { return closures_; }
+  const std::vector<StoredCloud>& stored() const { return search_.stored(); }
+  const std::vector<CloudClosure>& closures() const { return graph_.closures(); }
   /// By closure; see OnlineSelection.
-  ClosureStatus status(std::size_t closure) const { return selection_.status(closure); }
-  std::vector<ClosureDecision> decisions() const { return selection_.decisions(); }
+  ClosureStatus status(std::size_t closure) const { return graph_.selection().status(closure); }
+  std::vector<ClosureDecision> decisions() const { return graph_.selection().decisions(); }
 
  private:
-  UncertainMotion3 relation(std::size_t a, std::size_t b) const;
+  std::vector<CloudClosure> search();
 
   CloudTracker tracker_;
   CloudClosureSearch search_;
-  OnlineSelection selection_;
-  std::vector<CloudClosure> closures_;
+  ClosureGraph<SE3> graph_;
 };
 
 }  // namespace hybrid

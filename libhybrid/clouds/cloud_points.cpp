@@ -109,6 +109,12 @@ std::vector<CloudPoint> transformed(const SE3& T, const std::vector<CloudPoint>&
   return out;
 }
 
+Eigen::Vector3d middle_of(const std::vector<CloudPoint>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const CloudPoint& point : points) sum += point.position.cast<double>();
+  return sum / static_cast<double>(std::max<std::size_t>(points.size(), 1));
+}
+
 std::vector<CloudPoint> chosen(const std::vector<CloudPoint>& points, std::size_t most) {
   if (points.size() <= most) return points;
   std::vector<CloudPoint> out;

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kFewest = 30;                    // fixes
 constexpr std::size_t kStretches = 4, kStretch = 500;  // of which, and of so many fixes, count
 constexpr std::size_t kMostToAlign = 200;              // fixes
-constexpr double kMostTurn = 0.1;                      // rad, sigma of the direction of north
+constexpr double kNorthSigma = 0.1;                    // rad, sigma of the direction of north
 constexpr double kPriorFactor = 1;                     // sigma of the logarithm
 constexpr double kReceiverFactor = 0.5;                // the same of lasting errors
 constexpr double kPriorDelay = 0.3;                    // s
@@ -240,7 +240,7 @@ std::optional<SE2> start_of(const std::vector<MovedFix>& fixes, const FixModel& 
     pair.sigma = fixes[i].sigma > 0 ? fixes[i].sigma : prior.good_sigma;
     pairs.push_back(pair);
   }
-  const auto T = align_to_datum(pairs, kMostTurn);
+  const auto T = align_to_datum(pairs, kNorthSigma);
   if (!T) return std::nullopt;
   return SE2(T->translation().x(), T->translation().y(),
              std::atan2(T->linear()(1, 0), T->linear()(0, 0)));

@@ -28,7 +28,7 @@ struct JoinedMaps {
   double variance_factor = 1;
   bool was_known = false;        ///< where the second map is in the first
   std::size_t common = 0;        ///< landmarks that both have
-  std::size_t scan_matches = 0;  ///< of laser scans of both that were accepted
+  std::size_t scan_matches = 0;  ///< of laser scans or clouds of both that were accepted
   double log_odds = 0;           ///< for the common landmarks against none
   std::vector<Contradiction> contradictions;
 };

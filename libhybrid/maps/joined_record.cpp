@@ -68,6 +68,15 @@ MapLocalMap moved(MapLocalMap local, const SE2& T, const SE2::Jacobian& covarian
   return local;
 }
 
+/// The same of a local cloud.
+MapLocalCloud moved(MapLocalCloud local, const Eigen::Isometry3d& T,
+                    const Eigen::MatrixXd& covariance) {
+  UncertainMotion3 motion{to_se3(T), SE3::Jacobian::Zero()};
+  if (covariance.rows() == SE3::kDim) motion.covariance = covariance;
+  local.T_map_anchor = motion * local.T_map_anchor;
+  return local;
+}
+
 template <class Pose>
 std::vector<JoinedLandmark> landmarks_of_both(const MapRecord& first, const MapRecord& second,
                                               int shift, const LandmarkPairs& pairs,
@@ -141,6 +150,11 @@ void record_join(const MapRecord& first, const MapRecord& second, const Landmark
   for (MapLocalMap local : second.local_maps) {
     local.session += shift;
     map.local_maps.push_back(moved(std::move(local), T, covariance));
+  }
+  map.local_clouds = first.local_clouds;
+  for (MapLocalCloud local : second.local_clouds) {
+    local.session += shift;
+    map.local_clouds.push_back(moved(std::move(local), out.T_first_second, out.covariance));
   }
   std::vector<Key> keys;
   const Covariances covariances = joint.marginals().all();

@@ -14,6 +14,7 @@ constexpr double kFarthest = 2.1e7;  // two places on Earth are no farther apart
 constexpr double kLatest = 1e11;     // [s] since 1970, some 3,000 years
 /// A local map of which no more is known has no place [m].
 constexpr double kMostUnknown = 1000.0;
+constexpr float kMostSeen = 1e4F;  // from the anchor of a local cloud [m]
 /// What something may stand for that is one landmark: a standard deviation [m], and things.
 constexpr double kMostExtent = 1000.0;
 constexpr int kMostThings = 1000000;
@@ -114,6 +115,26 @@ void check_local_maps(const MapRecord& map, std::vector<std::string>& faults) {
   }
 }
 
+void check_local_clouds(const MapRecord& map, std::vector<std::string>& faults) {
+  Eigen::Matrix<double, 6, 1> most;
+  most << Eigen::Vector3d::Constant(kMostUnknown), Eigen::Vector3d::Constant(M_PI);
+  for (const MapLocalCloud& local : map.local_clouds) {
+    const std::string name = "a local cloud of session " + std::to_string(local.session);
+    const UncertainMotion3& anchor = local.T_map_anchor;
+    if (!is_place(anchor.motion.translation())) faults.push_back(name + " is at no place on Earth");
+    if (!anchor.motion.is_unit()) faults.push_back(name + " has no direction");
+    if (!is_covariance(anchor.covariance, most)) faults.push_back(name + " has no covariance");
+    if (!(local.spacing > 0 && local.spacing <= kMostUnknown)) {
+      faults.push_back(name + " has no spacing");
+    }
+    const bool is_far =
+        std::any_of(local.points.begin(), local.points.end(), [](const MapCloudPoint& p) {
+          return !(p.position.cwiseAbs().maxCoeff() <= kMostSeen) || !(p.normal.norm() < 1.1F);
+        });
+    if (is_far) faults.push_back(name + " has points that no sensor sees");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> faults_of(const MapRecord& map) {
@@ -121,6 +142,7 @@ std::vector<std::string> faults_of(const MapRecord& map) {
   check_landmarks(map, faults);
   check_sessions(map, faults);
   check_local_maps(map, faults);
+  check_local_clouds(map, faults);
   return faults;
 }
 

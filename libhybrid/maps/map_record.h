@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/geometry/uncertain_motion.h"
 #include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/maps/sparse_gaussian.h"
 
@@ -59,6 +60,20 @@ struct MapLocalMap {
   std::vector<MapSurface> surfaces;
 };
 
+/// A place on a surface that clouds of points saw.
+struct MapCloudPoint {
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();  ///< in the frame of its local cloud [m]
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();    ///< unit; zero where it is not known
+};
+
+/// What the clouds of a stretch of a session saw, in the frame of its first keyframe.
+struct MapLocalCloud {
+  int session = 0;
+  UncertainMotion3 T_map_anchor;
+  double spacing = 0;  ///< between the points [m]
+  std::vector<MapCloudPoint> points;
+};
+
 /// The place of a map on the globe.
 struct MapOrigin {
   double latitude = 0, longitude = 0;  ///< of its origin, WGS 84 [deg]
@@ -84,7 +99,8 @@ struct MapRecord {
   std::vector<MapLandmark> landmarks;  ///< by ascending id
   SparseGaussian prior;                ///< of their positions, in this order
   std::vector<MapSession> sessions;
-  std::vector<MapLocalMap> local_maps;  ///< by ascending session
+  std::vector<MapLocalMap> local_maps;      ///< by ascending session
+  std::vector<MapLocalCloud> local_clouds;  ///< by ascending session
 
   int dim() const { return is_3d ? 3 : 2; }
 };
@@ -96,7 +112,7 @@ inline bool exists(const MapLandmark& landmark) {
 
 /// Whether there is anything in a map that a robot can find its place by.
 inline bool holds_places(const MapRecord& map) {
-  return !map.landmarks.empty() || !map.local_maps.empty();
+  return !map.landmarks.empty() || !map.local_maps.empty() || !map.local_clouds.empty();
 }
 
 /// Joint covariance of all landmarks, dim rows for each.

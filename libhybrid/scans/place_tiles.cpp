@@ -36,9 +36,7 @@ constexpr double kCloseReach = 0.4;
 constexpr double kCloseTurn = 0.06;
 /// Fine fields that are kept, half a megabyte each.
 constexpr std::size_t kMostFine = 64;
-/// The map knows what is there if its robot was so near to there [m], half the way of a local map,
-/// and this share of the points has a surface within some 0.6 m.
-constexpr double kWasNear = 4.0;
+/// The map knows what is there if this share of the points has a surface within some 0.6 m.
 constexpr double kKnown = 0.5;
 constexpr int kIterations = 10;
 /// A point lies on a surface that is so near, across it and to its next point [m].
@@ -75,14 +73,15 @@ int cell(double coordinate) {
 
 }  // namespace
 
-PlaceTiles::PlaceTiles(std::vector<StoredScans> stored, double reach) : stored_(std::move(stored)) {
+PlaceTiles::PlaceTiles(std::vector<StoredScans> stored, double map_length)
+    : stored_(std::move(stored)), was_near_(map_length / 2) {
   const auto is_empty = [](const StoredScans& scans) { return scans.points.empty(); };
   stored_.erase(std::remove_if(stored_.begin(), stored_.end(), is_empty), stored_.end());
   for (const StoredScans& scans : stored_) {
     const Eigen::Vector2d middle = scans.T_map_anchor * middle_of(scans.points);
     middles_.push_back(middle);
-    for (int x = square(middle.x() - reach); x <= square(middle.x() + reach); ++x) {
-      for (int y = square(middle.y() - reach); y <= square(middle.y() + reach); ++y) {
+    for (int x = square(middle.x() - map_length); x <= square(middle.x() + map_length); ++x) {
+      for (int y = square(middle.y() - map_length); y <= square(middle.y() + map_length); ++y) {
         tiles_[{x, y}].coarse.resize(std::size_t{kFieldCells} * kFieldCells);
       }
     }
@@ -236,7 +235,7 @@ bool PlaceTiles::is_known(const std::vector<SurfacePoint>& points, const SE2& po
   const Tile* tile = tile_at(pose.translation());
   const bool was_near =
       std::any_of(middles_.begin(), middles_.end(), [&](const Eigen::Vector2d& middle) {
-        return (middle - pose.translation()).norm() < kWasNear;
+        return (middle - pose.translation()).norm() < was_near_;
       });
   if (tile == nullptr || !was_near) return false;
   const Eigen::Vector2d corner = corner_of({square(pose.x()), square(pose.y())});

@@ -20,8 +20,8 @@ namespace HYBRID_API hybrid {
 /// are needed, and some are kept.
 class PlaceTiles {
  public:
-  /// The robot was at most `reach` from the middle of what stored scans show [m].
-  explicit PlaceTiles(std::vector<StoredScans> stored, double reach = 8.0);
+  /// `map_length`: the way that stored scans span [m].
+  explicit PlaceTiles(std::vector<StoredScans> stored, double map_length = 8.0);
 
   /// Poses in the map, at any heading, of the frame of points that are at most `kView` from its
   /// origin: those at which most of them are on surfaces, one for each place.
@@ -60,6 +60,7 @@ class PlaceTiles {
   bool is_known(const std::vector<SurfacePoint>& points, const SE2& pose);
 
   std::vector<StoredScans> stored_;
+  double was_near_;  // the map knows what is there if its robot was so near to there [m]
   std::vector<Eigen::Vector2d> middles_;
   std::map<Name, Tile> tiles_;
   std::size_t uses_ = 0, kept_ = 0;

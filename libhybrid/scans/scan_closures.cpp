@@ -34,13 +34,13 @@ std::vector<SurfacePoint> joined(const std::vector<SurfacePoint>& points) {
 /// mode is: what lies between that and the anchor is not known as well as the match is.
 void refer_to_nearest(const LocalMap& map, ScanClosure& closure) {
   const auto distance = [&](const SE2& pose) {
-    return (pose.translation() - closure.mode.pose.motion.translation()).norm();
+    return (pose.translation() - closure.pose.motion.translation()).norm();
   };
   const auto nearest =
       std::min_element(map.poses.begin(), map.poses.end(),
                        [&](const SE2& a, const SE2& b) { return distance(a) < distance(b); });
   closure.from = map.anchor + static_cast<std::size_t>(nearest - map.poses.begin());
-  closure.mode.pose.motion = nearest->between(closure.mode.pose.motion);
+  closure.pose.motion = nearest->between(closure.pose.motion);
 }
 
 /// The first keyframe of the present local map within the last metres of a way.
@@ -172,10 +172,11 @@ bool ScanClosureSearch::look(const ScanTracker& tracker, const Candidate& candid
       match(stretch.points, target(tracker, name), window, options_.match);
   const std::size_t first = closures.size();
   for (const MatchMode& mode : modes) {
-    closures.push_back({from, newest, mode, static_cast<int>(modes.size()), first, name.is_stored});
+    closures.push_back({from, newest, mode.pose, mode.inliers, static_cast<int>(modes.size()),
+                        first, name.is_stored});
     const double from_anchor = mode.pose.motion.translation().norm();
     if (!name.is_stored) refer_to_nearest(tracker.local_maps()[name.number], closures.back());
-    stretch.widen(name.is_stored ? from_anchor : 0.0, closures.back().mode.pose.covariance);
+    stretch.widen(name.is_stored ? from_anchor : 0.0, closures.back().pose.covariance);
   }
   return true;
 }

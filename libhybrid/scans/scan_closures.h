@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/core/key.h"
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/online/closure_graph.h"
 #include "libhybrid/scans/scan_match.h"
 #include "libhybrid/scans/scan_tracker.h"
 
@@ -34,21 +34,8 @@ struct StoredScans {
   std::vector<SurfacePoint> points;
 };
 
-/// The variable of the place of stored scans in a graph: a map has one error in it, however often
-/// it is matched.
-inline Key place_key(std::size_t stored) {
-  return {'p', stored};
-}
-
-/// A relative pose between keyframes of different times, which may be false.
-struct ScanClosure {
-  std::size_t from = 0;        ///< keyframe: the anchor of a local map, or one of the stored scans
-  std::size_t to = 0;          ///< keyframe
-  MatchMode mode;              ///< pose of `to` in the frame of `from`
-  int modes = 1;               ///< that the same search has found, of which at most one is true
-  std::size_t first_mode = 0;  ///< number of the first of them, of all found for the keyframe
-  bool is_stored = false;      ///< `from` counts the stored scans
-};
+/// A relative pose between keyframes of different times, or of stored scans and a keyframe.
+using ScanClosure = PlaceClosure<SE2>;
 
 /// Searches for places that the robot has seen before: the scans of the last metres are matched
 /// jointly with earlier local maps that may be near.

@@ -6,14 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
-#include <numeric>
 
-#include "libhybrid/core/key_letters.h"
-#include "libhybrid/factors/between.h"
-#include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/online/online_selection.h"
+#include "libhybrid/online/join_graph.h"
 
 namespace hybrid {
 namespace {
@@ -28,25 +23,6 @@ constexpr std::size_t kMostStretches = 60;
 /// nothing is known [m], [rad].
 constexpr double kPlaceSigma = 0.5;
 constexpr double kPlaceTurn = 0.1;
-/// Smallest standard deviation of a local map, such as of one that defines the frame [m, rad].
-constexpr double kLeastOfLocalMap = 1e-4;
-
-/// Of the frame of the second map in that of the first.
-const Key kMotion(key_letter::kPose, 0);
-
-Key key_of_first(std::size_t i) {
-  return {key_letter::kPose, (std::size_t{1} << 30) + i};
-}
-
-Key key_of_second(std::size_t k) {
-  return {key_letter::kPose, k + 1};
-}
-
-Noise noise_of(const Eigen::Matrix3d& covariance) {
-  return Noise::covariance(covariance +
-                           kLeastOfLocalMap * kLeastOfLocalMap * Eigen::Matrix3d::Identity());
-}
-
 Eigen::Vector2d mean_of(const std::vector<SurfacePoint>& points) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const SurfacePoint& point : points) sum += point.position;
@@ -84,135 +60,47 @@ std::string doubt_of(const ScanPlaceSearch& search, const ScanPlaceOptions& opti
          " that are needed";
 }
 
-/// Local maps of two maps, the motion between these, and matches, some of which may be false.
-class ScanJoinGraph {
- public:
-  ScanJoinGraph(const std::vector<StoredScans>& first, const std::vector<StoredScans>& second,
-                const ScanPlace& place)
-      : first_(first), second_(second), targets_(first.size()) {
-    // What is known of the motion is known at the place, not at the origin of the second map.
-    const Eigen::Matrix3d Ad = place.stretch.adjoint();
-    const Eigen::Matrix3d at_place =
-        Eigen::Vector3d(kPlaceSigma, kPlaceSigma, kPlaceTurn).cwiseAbs2().asDiagonal();
-    insert(kMotion, place.T_map_drive.motion,
-           std::make_shared<Prior<SE2>>(kMotion, place.T_map_drive.motion,
-                                        Noise::covariance(Ad * at_place * Ad.transpose())));
-    for (const std::size_t k : nearest_to(place.stretch.translation())) add(k);
-    selection_.finish();
+std::vector<StoredPlace<SE2>> places_of(const std::vector<StoredScans>& stored) {
+  std::vector<StoredPlace<SE2>> out;
+  for (const StoredScans& scans : stored) {
+    out.push_back(
+        {{scans.T_map_anchor, scans.covariance}, mean_of(scans.points), scans.points.empty()});
   }
+  return out;
+}
 
-  std::size_t matches() const { return matches_; }
-  std::size_t accepted() const {
-    std::size_t count = 0;
-    for (std::size_t c = 0; c < matches_; ++c) {
-      if (selection_.status(c) == ClosureStatus::kAccepted) ++count;
+void place_at(const std::vector<UncertainMotion>& places, std::vector<StoredScans>& stored) {
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    stored[i].T_map_anchor = places[i].motion;
+    stored[i].covariance = places[i].covariance;
+  }
+}
+
+/// Matches of the scans of both maps about a place that was found.
+JoinGraph<SE2> matched(const std::vector<StoredScans>& first,
+                       const std::vector<StoredScans>& second, const ScanPlace& place) {
+  const ScanClosureOptions options;
+  std::vector<std::optional<MatchTarget>> targets(first.size());  // as they are needed
+  const auto match_places = [&](std::size_t i, std::size_t k, const UncertainMotion& predicted) {
+    if (!targets[i]) targets[i] = make_match_target(first[i].points);
+    const SearchWindow window = window_of(predicted, options);
+    std::vector<UncertainMotion> modes;
+    for (const MatchMode& mode : match(second[k].points, *targets[i], window, options.match)) {
+      modes.push_back(mode.pose);
     }
-    return count;
-  }
-  UncertainMotion motion() const { return {pose(kMotion), covariance(kMotion)}; }
-  std::vector<StoredScans> first() const {
-    std::vector<StoredScans> out = first_;
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      if (holds(key_of_first(i))) place(key_of_first(i), out[i]);
-    }
-    return out;
-  }
-  std::vector<StoredScans> second() const {
-    std::vector<StoredScans> out = second_;
-    for (std::size_t k = 0; k < out.size(); ++k) place(key_of_second(k), out[k]);
-    return out;
-  }
-
- private:
-  SE2 pose(Key key) const { return selection_.smoother().values().at<SE2>(key); }
-  Eigen::Matrix3d covariance(Key key) const {
-    return selection_.smoother().joint_covariance({key},
-                                                  Eigen::MatrixXd(Eigen::Matrix3d::Identity()));
-  }
-  bool holds(Key key) const { return selection_.smoother().values().contains(key); }
-  void place(Key key, StoredScans& scans) const {
-    scans.T_map_anchor = pose(key);
-    scans.covariance = covariance(key);
-  }
-  void insert(Key key, const SE2& pose, ContinuousFactorPtr factor) {
-    Delta delta;
-    delta.values.insert(key, pose);
-    delta.continuous.push_back(std::move(factor));
-    selection_.update(delta);
-  }
-
-  /// The local maps of the second map, those near a place in its frame first.
-  std::vector<std::size_t> nearest_to(const Eigen::Vector2d& at) const {
-    std::vector<std::size_t> order(second_.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return (second_[a].T_map_anchor.translation() - at).norm() <
-             (second_[b].T_map_anchor.translation() - at).norm();
-    });
-    return order;
-  }
-
-  /// Local maps of the first map that may show what one of the second saw, the nearest ones.
-  std::vector<std::size_t> near(const SE2& pose, const StoredScans& scans) const {
-    const Eigen::Vector2d middle = pose * mean_of(scans.points);
-    std::vector<std::pair<double, std::size_t>> all;
-    for (std::size_t i = 0; i < first_.size(); ++i) {
-      const Eigen::Vector2d of_first = first_[i].T_map_anchor * mean_of(first_[i].points);
-      const double distance = (of_first - middle).norm();
-      if (distance < options_.view + options_.max_reach) all.emplace_back(distance, i);
-    }
-    std::sort(all.begin(), all.end());
-    std::vector<std::size_t> out;
-    for (const auto& [distance, i] : all) {
-      if (static_cast<int>(out.size()) < options_.most_maps) out.push_back(i);
-    }
-    return out;
-  }
-
-  /// Where a local map of the second is in one of the first, as known so far.
-  UncertainMotion relation(std::size_t i, std::size_t k) const {
-    const Key key = key_of_second(k);
-    if (holds(key_of_first(i))) return relation_of(key_of_first(i), key, selection_.smoother());
-    const SE2 motion = first_[i].T_map_anchor.between(pose(key));
-    const Eigen::Matrix3d Ad = motion.inverse().adjoint();
-    return {motion, covariance(key) + Ad * first_[i].covariance * Ad.transpose()};
-  }
-
-  /// Adds a local map of the second map, and its matches.
-  void add(std::size_t k) {
-    const StoredScans& scans = second_[k];
-    const Key key = key_of_second(k);
-    insert(
-        key, pose(kMotion) * scans.T_map_anchor,
-        std::make_shared<BetweenSE2>(kMotion, key, scans.T_map_anchor, noise_of(scans.covariance)));
-    if (scans.points.empty()) return;
-    std::vector<ContinuousFactorPtr> found;
-    Alternatives modes;
-    for (const std::size_t i : near(pose(key), scans)) {
-      const SearchWindow window = window_of(relation(i, k), options_);
-      if (!targets_[i]) targets_[i] = make_match_target(first_[i].points);
-      const std::size_t first_mode = found.size();
-      for (const MatchMode& mode : match(scans.points, *targets_[i], window, options_.match)) {
-        if (!holds(key_of_first(i))) {
-          insert(key_of_first(i), first_[i].T_map_anchor,
-                 std::make_shared<Prior<SE2>>(key_of_first(i), first_[i].T_map_anchor,
-                                              noise_of(first_[i].covariance)));
-        }
-        modes.add(first_mode);
-        found.push_back(std::make_shared<BetweenSE2>(key_of_first(i), key, mode.pose.motion,
-                                                     Noise::covariance(mode.pose.covariance)));
-      }
-    }
-    matches_ += found.size();
-    if (!found.empty()) selection_.update({}, found, modes);
-  }
-
-  const std::vector<StoredScans>&first_, &second_;
-  ScanClosureOptions options_;
-  std::vector<std::optional<MatchTarget>> targets_;  // of the first map, as they are needed
-  OnlineSelection selection_;
-  std::size_t matches_ = 0;
-};
+    return modes;
+  };
+  // What is known of the motion is known at the place, not at the origin of the second map.
+  const Eigen::Matrix3d Ad = place.stretch.adjoint();
+  const Eigen::Matrix3d at_place =
+      Eigen::Vector3d(kPlaceSigma, kPlaceSigma, kPlaceTurn).cwiseAbs2().asDiagonal();
+  return {places_of(first),
+          places_of(second),
+          {place.T_map_drive.motion, Ad * at_place * Ad.transpose()},
+          place.stretch.translation(),
+          match_places,
+          {options.view + options.max_reach, options.most_maps}};
+}
 
 }  // namespace
 
@@ -252,7 +140,7 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
     out.why = doubt_of(search, options);
     return out;
   }
-  const ScanJoinGraph graph(first, second, *found);
+  const JoinGraph<SE2> graph = matched(first, second, *found);
   out.matches = graph.matches();
   out.accepted = graph.accepted();
   out.log_odds = search.log_odds();
@@ -263,8 +151,10 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
     return out;
   }
   out.T_first_second = graph.motion();
-  out.first = graph.first();
-  out.second = graph.second();
+  out.first = first;
+  out.second = second;
+  place_at(graph.first(), out.first);
+  place_at(graph.second(), out.second);
   return out;
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
-#include "libhybrid/online/online_selection.h"
+#include "libhybrid/online/closure_graph.h"
 #include "libhybrid/scans/laser_scan.h"
 #include "libhybrid/scans/scan_closures.h"
 #include "libhybrid/scans/scan_tracker.h"
@@ -52,14 +52,14 @@ class ScanMapper {
   /// Pose of every scan so far at the present estimate, in order.
   std::vector<SE2> path() const;
   /// The estimate of a keyframe.
-  SE2 pose(std::size_t keyframe) const;
+  SE2 pose(std::size_t keyframe) const { return graph_.pose(keyframe); }
   const ScanTracker& tracker() const { return tracker_; }
   const std::vector<StoredScans>& stored() const { return search_.stored(); }
-  const std::vector<ScanClosure>& closures() const { return closures_; }
+  const std::vector<ScanClosure>& closures() const { return graph_.closures(); }
   /// By closure; see OnlineSelection.
-  ClosureStatus status(std::size_t closure) const { return selection_.status(closure); }
-  std::vector<ClosureDecision> decisions() const { return selection_.decisions(); }
-  const OnlineSelection& selection() const { return selection_; }
+  ClosureStatus status(std::size_t closure) const { return selection().status(closure); }
+  std::vector<ClosureDecision> decisions() const { return selection().decisions(); }
+  const OnlineSelection& selection() const { return graph_.selection(); }
 
  private:
   struct Placed {
@@ -67,18 +67,14 @@ class ScanMapper {
     SE2 T_keyframe_scan;
   };
   void add_keyframe(const TrackedScan& tracked);
-  UncertainMotion relation(std::size_t a, std::size_t b) const;
   UncertainMotion motion_to(const TrackedScan& tracked) const;
-  std::vector<ScanClosure> search(const Delta& motion, const TrackedScan& tracked);
-  void insert_stored(const std::vector<ScanClosure>& found, Delta& delta) const;
+  std::vector<ScanClosure> search(const SE2& here, const TrackedScan& tracked);
 
   ScanMapperOptions options_;
   ScanTracker tracker_;
   ScanClosureSearch search_;
-  OnlineSelection selection_;
+  ClosureGraph<SE2> graph_;
   std::vector<Placed> scans_;
-  UncertainMotion start_{SE2(), 1e-6 * Eigen::Matrix3d::Identity()};
-  std::vector<ScanClosure> closures_;
 };
 
 }  // namespace hybrid

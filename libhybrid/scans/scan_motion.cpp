@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "libhybrid/core/detail/quantile.h"
-#include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
 namespace {
@@ -52,18 +51,6 @@ double rotation_sigma(double distance, double turn) {
 }
 
 }  // namespace
-
-UncertainMotion operator*(const UncertainMotion& a, const UncertainMotion& b) {
-  const Eigen::Matrix3d Ad = b.motion.inverse().adjoint();
-  return {a.motion * b.motion, Ad * a.covariance * Ad.transpose() + b.covariance};
-}
-
-UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother) {
-  const SE2 motion = smoother.values().at<SE2>(a).between(smoother.values().at<SE2>(b));
-  Eigen::MatrixXd J(3, 6);
-  J << -motion.inverse().adjoint(), Eigen::Matrix3d::Identity();
-  return {motion, smoother.joint_covariance({a, b}, J)};
-}
 
 void OdometryNoise::Scale::add(double error, double degrees_of_freedom) {
   errors.push_back(error / (degrees_of_freedom > 1.0 ? kMedian2 : kMedian1));

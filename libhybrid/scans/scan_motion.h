@@ -7,26 +7,12 @@
 #include <cstddef>
 #include <deque>
 
-#include "libhybrid/core/key.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/uncertain_motion.h"
 
 namespace HYBRID_API hybrid {
-
-class IncrementalSmoother;
-
-/// A measured motion with its covariance in the tangent (x, y [m], angle [rad]).
-struct UncertainMotion {
-  SE2 motion;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-};
-
-/// One motion after another, whose errors are independent.
-UncertainMotion operator*(const UncertainMotion& a, const UncertainMotion& b);
-
-/// Where pose b of a map is, seen from pose a.
-UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother);
 
 /// The errors of odometry, measured by comparison with matches of scans. Those that all motions
 /// share, scale and drift, are taken out. What is left is noise: standard deviations that grow with

@@ -177,7 +177,7 @@ void FollowedPlaces::forget_weak() {
 
 ScanPlaceSearch::ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlaceOptions& options)
     : options_(options),
-      tiles_(std::move(stored)),
+      tiles_(std::move(stored), options.map_length),
       drive_(options),
       mirrored_(options),
       next_(options.query_length) {}
@@ -204,12 +204,16 @@ bool ScanPlaceSearch::stands_out() const {
          log_odds() > std::log(options_.odds);
 }
 
+bool ScanPlaceSearch::is_due(double way) {
+  if (way < next_) return false;
+  next_ = way + std::max(options_.every, kLater * way);
+  return true;
+}
+
 std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
   const ScanTracker& tracker = mapper.tracker();
   if (tracker.keyframes().empty()) return std::nullopt;
-  const double way = tracker.keyframes().back().travelled;
-  if (way < next_) return std::nullopt;
-  next_ = way + std::max(options_.every, kLater * way);
+  if (!is_due(tracker.keyframes().back().travelled)) return std::nullopt;
   const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
   const ScanPlace* found = look(recent_points(tracker, options_.query_length), newest);
   if (found == nullptr) return std::nullopt;

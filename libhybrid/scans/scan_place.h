@@ -17,6 +17,7 @@ namespace HYBRID_API hybrid {
 struct ScanPlaceOptions {
   double query_length = 6.0;  ///< way whose scans are matched jointly [m]
   double every = 3.0;         ///< way between searches [m]
+  double map_length = 8.0;    ///< way that stored scans span [m]
   double min_inliers = 0.5;   ///< share of the points on surfaces, of a match that counts
   /// Stretches that must agree on a place, so far apart that they share no way: a room may look
   /// like another.
@@ -72,8 +73,11 @@ class ScanPlaceSearch {
   /// once it is found.
   std::optional<UncertainMotion> look(const ScanMapper& mapper);
   /// The same for a stretch by itself: its points in a frame that is at `stretch` in that of the
-  /// drive.
+  /// drive. Null where no place stands out yet.
   const ScanPlace* look(const std::vector<SurfacePoint>& points, const SE2& stretch);
+
+  /// Whether it is time for a look, after this way [m]; the next one then is later.
+  bool is_due(double way);
 
   /// All places so far, the one for which most speaks first.
   const std::vector<ScanPlace>& places() const { return drive_.places(); }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/association/prediction.h"
+#include "libhybrid/clouds/cloud_closures.h"
 #include "libhybrid/clouds/cloud_view.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
@@ -91,6 +92,11 @@ Agreement agreement_of_clouds(std::vector<PlacedCloud> clouds, double reach,
 /// The same of scans in a known map: in place of what they measured much earlier or later, the
 /// surfaces of the map are looked at.
 Agreement agreement_with_map(std::vector<PlacedScan> scans, const std::vector<StoredScans>& map,
+                             const AgreementOptions& options = {});
+
+/// The same of clouds.
+Agreement agreement_with_map(std::vector<PlacedCloud> clouds, double reach,
+                             const std::vector<StoredCloud>& map,
                              const AgreementOptions& options = {});
 
 }  // namespace hybrid

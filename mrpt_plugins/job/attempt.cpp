@@ -15,6 +15,7 @@
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/job/detail/cloud_archive.h"
+#include "mrpt_plugins/job/detail/cloud_outputs.h"
 #include "mrpt_plugins/job/detail/movie.h"
 #include "mrpt_plugins/job/detail/result_files.h"
 #include "mrpt_plugins/job/detail/run_report.h"
@@ -259,12 +260,27 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   return made;
 }
 
+/// Scans and clouds where the path has put them.
+struct PlacedViews {
+  PlacedViews(const ScanOutputs& outputs, const Measured& measured, const Mapper& mapper,
+              const Trajectory& path)
+      : scans(outputs.placed(mapper, path)),
+        clouds(measured.clouds.placed(mapper, path)),
+        reach(measured.clouds.reach()) {}
+
+  bool any() const { return !scans.empty() || !clouds.empty(); }
+
+  std::vector<PlacedScan> scans;
+  std::vector<PlacedCloud> clouds;
+  double reach;  // of the sensor of the clouds [m]
+};
+
 /// Of what was measured, over time and with the map.
-Health agreements(const Measured& measured, const std::vector<PlacedScan>& scans,
-                  const Agreement& with_map, const Mapper& mapper, const Trajectory& path) {
-  Health out = agreement_health(
-      agreement_of_detections(measured.detections.placed(mapper, path)), agreement_of_scans(scans),
-      agreement_of_clouds(measured.clouds.placed(mapper, path), measured.clouds.reach()));
+Health agreements(const Measured& measured, const PlacedViews& views, const Agreement& with_map,
+                  const Mapper& mapper, const Trajectory& path) {
+  Health out = agreement_health(agreement_of_detections(measured.detections.placed(mapper, path)),
+                                agreement_of_scans(views.scans),
+                                agreement_of_clouds(views.clouds, views.reach));
   if (auto entry = map_agreement_health(with_map)) out.push_back(std::move(*entry));
   return out;
 }
@@ -274,15 +290,14 @@ Health agreements(const Measured& measured, const std::vector<PlacedScan>& scans
 Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
                      std::chrono::steady_clock::time_point start, const Conditions& conditions,
                      std::string& doubt) {
-  const std::unique_ptr<IniFile> ini_file = open_config(request);
-  IniFile& ini = *ini_file;
-  ReplaySettings settings = read_settings(ini, request);
+  const std::unique_ptr<IniFile> ini = open_config(request);
+  ReplaySettings settings = read_settings(*ini, request);
   if (!conditions.allow(settings)) return {request, {}, {}, false};
   take_photographs(request, settings);
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
   Session session(
-      request, settings, [&] { return provenance(request, settings, ini); }, doubt);
+      request, settings, [&] { return provenance(request, settings, *ini); }, doubt);
   if (!session.team().message().empty()) truths = read_truths(settings);  // robots were left out
   Movie movie(request.frames, request.frames > 0 ? session.count_keyframes() : 0);
   session.begin();
@@ -299,9 +314,9 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();
   scans.finish(result);
-  const std::vector<PlacedScan> placed = scans.placed(mapper, result.trajectory);
-  const Agreement with_map = session.agreement(placed);
-  if (const std::string found = session.doubt(with_map, !placed.empty()); !found.empty()) {
+  const PlacedViews views(scans, measured, mapper, result.trajectory);
+  const Agreement with_map = session.agreement(views.scans, views.clouds, views.reach);
+  if (const std::string found = session.doubt(with_map, views.any()); !found.empty()) {
     session.give_up_place(found);
     if (may_repeat(request, settings)) {
       doubt = found;
@@ -311,7 +326,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   scans.draw(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
   Attempt made = judged(request, settings, session, result, out, conditions,
-                        agreements(measured, placed, with_map, mapper, result.trajectory));
+                        agreements(measured, views, with_map, mapper, result.trajectory));
   Summary& summary = made.outcome.summary;
   if (!made.is_written) return made;
   tell_findings(settings, summary);
@@ -322,12 +337,13 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
       parts_of(result, mapper, tells_paths(truths) || lies_somewhere);
   adapt(truths, parts);
   compare_with_truth(settings, parts, truths, mapper, session.team(), summary);
-  summary.provenance = provenance(request, settings, ini);
-  warn(summary, input_warnings(ini, truths, parts, summary.provenance));
+  summary.provenance = provenance(request, settings, *ini);
+  warn(summary, input_warnings(*ini, truths, parts, summary.provenance));
   warn(summary, write_estimates(out, result, parts, truths, session, scans, lies_somewhere));
   summary.total_s = seconds_since(start);  // without pictures
   warn(summary, draw(request, out, result, parts, truths, mapper, movie));
-  report.write(result, parts, truths, scans.drawn(), summary_json(summary));
+  report.write(result, parts, truths, scans.drawn(), views_of(session.plugins()),
+               summary_json(summary));
   std::vector<std::string> told;
   session.publish(result, [&] { told = out.publish(summary_json(summary)); });
   if (watchers.published) watchers.published(made.outcome);

@@ -5,46 +5,51 @@
 
 #include <utility>
 
-#include "libhybrid/clouds/cloud_surfaces.h"
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/output/cloud_writer.h"
+#include "mrpt_plugins/output/scan_map.h"
 
 namespace hybrid {
 namespace {
 
-/// All that was seen, in the map: points nearer to each other than a spacing are one.
-std::vector<CloudPoint> joined(const std::vector<LocalView>& views, const MapResult& result) {
-  double spacing = 0;
-  for (const LocalView& view : views) spacing = std::max(spacing, view.spacing);
-  if (spacing == 0) return {};
-  CloudSurfaces all(spacing);
+/// Clouds of a known map, and those of the run, where it has put them.
+std::vector<StoredCloud> all_clouds(const MapRecord& known, const std::vector<LocalView>& views,
+                                    const MapResult& result) {
+  std::vector<StoredCloud> out = stored_clouds(known);
   for (const LocalView& view : views) {
     const SE3 T = to_se3(to_isometry(result.trajectory[view.anchor].pose));
-    all.add(transformed(T, view.points));
+    out.push_back({{T, Matrix6::Identity()}, view.points, view.spacing});
   }
-  return all.points();
+  return out;
 }
 
 }  // namespace
 
-void add_clouds(const std::vector<std::shared_ptr<MappingPlugin>>& plugins, MapResult& result) {
+void add_clouds(const std::vector<std::shared_ptr<MappingPlugin>>& plugins, const MapRecord& known,
+                MapResult& result) {
   const CloudFollower* follower = cloud_follower_of(plugins);
   if (follower == nullptr) return;
   for (const MeasuredCloudClosure& closure : follower->cloud_closures()) {
     result.scan_closures.push_back(closure);
   }
-  auto cloud =
-      std::make_shared<const std::vector<CloudPoint>>(joined(follower->local_views(), result));
+  auto cloud = std::make_shared<const std::vector<CloudPoint>>(
+      surfaces_of(all_clouds(known, follower->local_views(), result)));
   if (cloud->empty()) return;
   GridMap grid = cloud_grid(*cloud);
   if (!result.grid && !grid.empty()) result.grid = std::make_shared<const GridMap>(std::move(grid));
   result.cloud = std::move(cloud);
 }
 
+std::vector<LocalView> views_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
+  const CloudFollower* follower = cloud_follower_of(plugins);
+  return follower == nullptr ? std::vector<LocalView>() : follower->local_views();
+}
+
 void write_clouds(const OutputDirectory& out,
                   const std::vector<std::shared_ptr<MappingPlugin>>& plugins,
-                  const MapResult& result) {
+                  const MapResult& result, const Mapper& mapper) {
   const CloudFollower* follower = cloud_follower_of(plugins);
   if (follower == nullptr) return;
   const std::vector<MeasuredCloudClosure> closures = follower->cloud_closures();
@@ -52,6 +57,8 @@ void write_clouds(const OutputDirectory& out,
   if (!result.cloud) return;
   out.write("cloud.ply", cloud_ply(*result.cloud));
   out.write("cloud.pcd", cloud_pcd(*result.cloud));
+  write_simple_map(out, "map.simplemap", follower->local_views(), result.trajectory,
+                   mapper.pose_covariances());
 }
 
 }  // namespace hybrid

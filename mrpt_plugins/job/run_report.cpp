@@ -45,11 +45,12 @@ void RunReport::finish(Mapper& mapper, const MapResult& result, double objective
 
 void RunReport::write(const MapResult& result, const std::vector<RobotPart>& parts,
                       const std::vector<Truth>& truths, const std::vector<KeyframeScans>& scans,
+                      const std::vector<LocalView>& views,
                       const nlohmann::ordered_json& summary) const {
   if (!page_) return;
   const nlohmann::ordered_json photographs = photographs_.json();
   const GroundTruth truth = joint_truth(truths);
-  MapReport report{result, truth, recorder_->record(), photographs, summary, scans, {}};
+  MapReport report{result, truth, recorder_->record(), photographs, summary, scans, views, {}};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const RobotPart& part = parts[i];
     if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;

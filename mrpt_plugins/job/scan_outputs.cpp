@@ -91,7 +91,7 @@ void ScanOutputs::finish(MapResult& result) {
 }
 
 void ScanOutputs::draw(MapResult& result, const MapRecord& known) const {
-  add_clouds(plugins_, result);
+  add_clouds(plugins_, known, result);
   if (!archive_) return;
   GridMap grid = draw_grid(stored_views(known), drawn_, result.trajectory);
   if (!grid.empty()) result.grid = std::make_shared<const GridMap>(std::move(grid));
@@ -115,7 +115,7 @@ std::vector<PlacedScan> ScanOutputs::placed(const Mapper& mapper,
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,
                                             const Mapper& mapper) const {
   std::vector<std::string> warnings;
-  write_clouds(out, plugins_, result);
+  write_clouds(out, plugins_, result, mapper);
   if (!closures_.empty()) out.write("loops.csv", closures_csv(closures_));
   if (!archive_ || !result.grid) return warnings;
   out.write("map.pgm", grid_pgm(*result.grid));

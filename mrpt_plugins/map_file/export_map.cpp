@@ -11,12 +11,14 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/map_file/stored_views.h"
+#include "mrpt_plugins/output/cloud_writer.h"
 #include "mrpt_plugins/output/fix_writer.h"
 #include "mrpt_plugins/output/map_style.h"
 
@@ -142,6 +144,11 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
     out.landmarks.push_back(std::move(landmark));
   }
   GridMap grid = draw_grid(stored_views(map), {}, {});
+  std::vector<CloudPoint> cloud = surfaces_of(stored_clouds(map));
+  if (!cloud.empty()) {
+    if (grid.empty()) grid = cloud_grid(cloud);
+    out.cloud = std::make_shared<const std::vector<CloudPoint>>(std::move(cloud));
+  }
   if (!grid.empty()) out.grid = std::make_shared<const GridMap>(std::move(grid));
   return out;
 }

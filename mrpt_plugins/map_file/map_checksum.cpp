@@ -33,6 +33,8 @@ constexpr const char* kScans[] = {"SELECT * FROM local_map ORDER BY session, num
                                   "SELECT * FROM surface ORDER BY session, map, number"};
 /// What those that say what landmarks stand for have besides.
 constexpr const char* kSizes = "SELECT * FROM landmark_size ORDER BY landmark";
+/// And those with clouds.
+constexpr const char* kClouds = "SELECT * FROM local_cloud ORDER BY session, number";
 
 /// FNV-1a of 64 bits.
 class Checksum {
@@ -88,6 +90,9 @@ std::string checksum_of(SQLite::Database& database) {
   }
   if (pragma(database, "user_version") >= map_schema::kFirstWithSizes) {
     add_rows(database, kSizes, sum);
+  }
+  if (pragma(database, "user_version") >= map_schema::kFirstWithClouds) {
+    add_rows(database, kClouds, sum);
   }
   return sum.text();
 }

@@ -94,6 +94,7 @@ void MapFile::transaction(const Work& work) {
     if (version == 1) database_->exec(map_schema::kFromVersion1);
     if (version < map_schema::kFirstWithScans) database_->exec(map_schema::kScanTables);
     if (version < map_schema::kFirstWithSizes) database_->exec(map_schema::kSizeTable);
+    if (version < map_schema::kFirstWithClouds) database_->exec(map_schema::kCloudTable);
     database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
     if (work()) all.commit();
   });

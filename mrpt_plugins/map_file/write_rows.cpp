@@ -185,8 +185,9 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   const std::set<int> kept = same_keyframes(record, before);
   database.exec("PRAGMA defer_foreign_keys = ON");  // sessions come back under their keyframes
   forget_keyframes(database, kept);
-  for (const char* table : {"draft", "surface", "local_map", "prior", "landmark_size",
-                            "landmark_class", "landmark", "robot", "input", "class", "session"}) {
+  for (const char* table :
+       {"draft", "local_cloud", "surface", "local_map", "prior", "landmark_size", "landmark_class",
+        "landmark", "robot", "input", "class", "session"}) {
     database.exec(fmt::format("DELETE FROM {}", table));
   }
   database.exec("DELETE FROM map WHERE name <> 'checksum'");
@@ -210,6 +211,7 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   Statement prior(database, "INSERT INTO prior VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   write_prior(record, prior);
   write_local_maps(record, database);
+  write_local_clouds(database, record);
 }
 
 }  // namespace hybrid

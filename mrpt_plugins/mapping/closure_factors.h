@@ -9,8 +9,15 @@
 #include <vector>
 
 #include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/online/closure_graph.h"
 
 namespace HYBRID_API hybrid {
+
+/// The variable of the known place that a closure is with; it becomes one of the map with its first
+/// closure.
+template <class Pose>
+Key insert_place(const PlaceClosure<Pose>& closure, const Uncertain<Pose>& place,
+                 const MapView& map, Contribution& out);
 
 /// Which closures of a front end, which decides about them by itself, are factors of the map: those
 /// that it accepts come in, those that it no longer accepts go out, each once the map has taken the

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "libhybrid/clouds/cloud_points.h"
+#include "libhybrid/clouds/cloud_mapper.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
@@ -30,6 +30,11 @@ class CloudFollower {
  public:
   virtual ~CloudFollower() = default;
 
+  /// Before the first frame of a robot: clouds of earlier drives, and where it starts among them.
+  virtual void adopt_clouds(std::size_t robot, const std::vector<StoredCloud>& stored,
+                            const UncertainMotion3& start) = 0;
+  /// The map by the clouds of a robot alone, in a frame of its own; null before its first frame.
+  virtual const CloudMapper* cloud_mapper(std::size_t robot) const = 0;
   /// Closures so far between keyframes of the map, with the present decisions.
   virtual std::vector<MeasuredCloudClosure> cloud_closures() const = 0;
   /// What the clouds of all robots saw.

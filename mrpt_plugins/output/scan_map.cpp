@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/maps/CSimplePointsMap.h>
+#include <mrpt/obs/CObservationPointCloud.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -171,6 +173,27 @@ std::string grid_yaml(const GridMap& grid, const std::string& pgm) {
       pgm, grid.resolution, grid.corner.x(), grid.corner.y());
 }
 
+namespace {
+
+void insert_at(std::size_t keyframe, const mrpt::obs::CSensoryFrame::Ptr& frame,
+               const Trajectory& keyframes, const std::vector<Eigen::MatrixXd>& covariances,
+               mrpt::maps::CSimpleMap& map) {
+  const auto pose = std::make_shared<mrpt::poses::CPose3DPDFGaussian>(
+      pose_pdf(keyframes[keyframe].pose, in_space(covariances[keyframe])));
+  map.insert(mrpt::poses::CPose3DPDF::Ptr(pose), frame);
+}
+
+void save_simple_map(const OutputDirectory& out, const std::string& name,
+                     const mrpt::maps::CSimpleMap& map) {
+  out.save(name, [&](const std::string& path) {
+    GzipWriter file(path, kSimpleMapCompression, out.folder() / name);
+    mrpt::serialization::archiveFrom<mrpt::io::CStream>(file) << map;
+    file.close();
+  });
+}
+
+}  // namespace
+
 void write_simple_map(const OutputDirectory& out, const std::string& name,
                       const std::vector<KeyframeScans>& scans, const Trajectory& keyframes,
                       const std::vector<Eigen::MatrixXd>& covariances) {
@@ -178,15 +201,30 @@ void write_simple_map(const OutputDirectory& out, const std::string& name,
   for (const KeyframeScans& at : scans) {
     const auto frame = mrpt::obs::CSensoryFrame::Create();
     for (const LaserScan* scan : at.scans) frame->insert(to_mrpt(*scan));
-    const auto pose = std::make_shared<mrpt::poses::CPose3DPDFGaussian>(
-        pose_pdf(keyframes[at.keyframe].pose, in_space(covariances[at.keyframe])));
-    map.insert(mrpt::poses::CPose3DPDF::Ptr(pose), frame);
+    insert_at(at.keyframe, frame, keyframes, covariances, map);
   }
-  out.save(name, [&](const std::string& path) {
-    GzipWriter file(path, kSimpleMapCompression, out.folder() / name);
-    mrpt::serialization::archiveFrom<mrpt::io::CStream>(file) << map;
-    file.close();
-  });
+  save_simple_map(out, name, map);
+}
+
+void write_simple_map(const OutputDirectory& out, const std::string& name,
+                      const std::vector<LocalView>& views, const Trajectory& keyframes,
+                      const std::vector<Eigen::MatrixXd>& covariances) {
+  mrpt::maps::CSimpleMap map;
+  for (const LocalView& view : views) {
+    const auto points = mrpt::maps::CSimplePointsMap::Create();
+    points->reserve(view.points.size());
+    for (const CloudPoint& point : view.points) {
+      points->insertPoint(point.position.x(), point.position.y(), point.position.z());
+    }
+    const auto seen = mrpt::obs::CObservationPointCloud::Create();
+    seen->timestamp = mrpt::Clock::fromDouble(keyframes[view.anchor].time);
+    seen->sensorLabel = "cloud";
+    seen->pointcloud = points;
+    const auto frame = mrpt::obs::CSensoryFrame::Create();
+    frame->insert(seen);
+    insert_at(view.anchor, frame, keyframes, covariances, map);
+  }
+  save_simple_map(out, name, map);
 }
 
 }  // namespace hybrid

@@ -8,6 +8,7 @@
 
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
+#include "mrpt_plugins/mapping/cloud_follower.h"
 #include "mrpt_plugins/mapping/grid_map.h"
 #include "mrpt_plugins/mapping/scan_archive.h"
 
@@ -41,6 +42,10 @@ std::string grid_yaml(const GridMap& grid, const std::string& pgm);
 /// of the pose, 3x3 or 6x6; an empty one becomes zero.
 void write_simple_map(const OutputDirectory& out, const std::string& name,
                       const std::vector<KeyframeScans>& scans, const Trajectory& keyframes,
+                      const std::vector<Eigen::MatrixXd>& covariances);
+/// The same of what clouds saw along stretches of the path, each at its anchor.
+void write_simple_map(const OutputDirectory& out, const std::string& name,
+                      const std::vector<LocalView>& views, const Trajectory& keyframes,
                       const std::vector<Eigen::MatrixXd>& covariances);
 
 }  // namespace hybrid

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "libhybrid/factors/between.h"
-#include "libhybrid/factors/prior.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -169,17 +168,12 @@ void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, st
   }
 }
 
-/// Where stored scans say that a keyframe is. Their place is a variable from its first closure on.
+/// Where stored scans say that a keyframe is.
 void LaserScans::add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
                            Contribution& out) const {
   const StoredScans& scans = robot.mapper.stored()[closure.from];
-  const Key place = place_key(closure.from);
-  if (!map.values.contains(place) && !out.delta.values.contains(place)) {
-    out.delta.values.insert(place, scans.T_map_anchor);
-    out.delta.continuous.push_back(std::make_shared<Prior<SE2>>(
-        place, scans.T_map_anchor, Noise::covariance(scans.covariance)));
-  }
-  const UncertainMotion& found = closure.mode.pose;
+  const Key place = insert_place<SE2>(closure, {scans.T_map_anchor, scans.covariance}, map, out);
+  const UncertainMotion& found = closure.pose;
   out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
       place, robot.keys[closure.to], found.motion, Noise::covariance(found.covariance)));
 }
@@ -191,13 +185,13 @@ bool LaserScans::add_closure(const Robot& robot, std::size_t k, const MapView& m
   const Key to = robot.keys[closure.to];
   const bool is_newest = !concluded_ && to == robot.keys.back();
   if (!is_newest && !map.holds(to)) return false;
-  if (closure.is_stored) {
+  if (closure.is_known) {
     if (map.is_3d) return false;
     add_place(robot, closure, map, out);
     return true;
   }
   if (!map.holds(robot.keys[closure.from])) return false;
-  add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map, out);
+  add_factor(robot, {closure.from, closure.pose, closure.inliers}, closure.to, map, out);
   return true;
 }
 
@@ -272,14 +266,14 @@ std::vector<MeasuredClosure> LaserScans::scan_closures() const {
     std::vector<ClosureDecision> decisions = robot.mapper.decisions();
     for (std::size_t k = 0; k < decisions.size(); ++k) {
       const ScanClosure& closure = robot.mapper.closures()[k];
-      if (closure.is_stored) continue;
+      if (closure.is_known) continue;
       if (decisions[k].accepted() && !is_accepted(robot, k)) {
         decisions[k].status = ClosureStatus::kUndecided;
       }
       out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
                       static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
-                      closure.mode.inliers, closure.modes},
-                     closure.mode.pose.motion});
+                      closure.inliers, closure.modes},
+                     closure.pose.motion});
     }
   }
   return out;
@@ -315,8 +309,8 @@ std::map<std::string, double> LaserScans::statistics() const {
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
       const ScanClosure& closure = robot.mapper.closures()[k];
       const double searches = 1.0 / closure.modes;  // of whose modes one is right at most
-      (closure.is_stored ? places : closures) += closure.is_stored ? searches : 1.0;
-      if (is_accepted(robot, k)) ++(closure.is_stored ? places_accepted : accepted);
+      (closure.is_known ? places : closures) += closure.is_known ? searches : 1.0;
+      if (is_accepted(robot, k)) ++(closure.is_known ? places_accepted : accepted);
     }
     maps += double(tracker.local_maps().size());
     lost += double(tracker.lost());

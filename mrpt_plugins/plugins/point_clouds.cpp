@@ -4,6 +4,7 @@
 #include "mrpt_plugins/plugins/point_clouds.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -138,20 +139,29 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   return out;
 }
 
+/// Adds the factor of a closure, where the map has its keyframes.
+bool PointClouds::add_closure(const Robot& robot, std::size_t k, const MapView& map,
+                              Contribution& out) const {
+  const CloudClosure& closure = robot.mapper.closures()[k];
+  const Key to = robot.keys[closure.to];
+  const bool is_newest = !concluded_ && to == robot.keys.back();
+  if (!is_newest && !map.holds(to)) return false;
+  if (!closure.is_known && !map.holds(robot.keys[closure.from])) return false;
+  const Key from =
+      closure.is_known
+          ? insert_place(closure, robot.mapper.stored()[closure.from].T_map_anchor, map, out)
+          : robot.keys[closure.from];
+  out.delta.continuous.push_back(factor_of(from, to, closure.pose));
+  return true;
+}
+
 /// Closures accepted since the last time come in, those no longer accepted go out.
 void PointClouds::follow_closures(Robot& robot, const MapView& map, Contribution& out) const {
-  const std::vector<CloudClosure>& all = robot.mapper.closures();
-  std::vector<bool> accepted(all.size());
-  for (std::size_t k = 0; k < all.size(); ++k) {
+  std::vector<bool> accepted(robot.mapper.closures().size());
+  for (std::size_t k = 0; k < accepted.size(); ++k) {
     accepted[k] = robot.mapper.status(k) == ClosureStatus::kAccepted;
   }
-  const auto add = [&](std::size_t k, Contribution& to) {
-    const Key a = robot.keys[all[k].from], b = robot.keys[all[k].to];
-    const bool is_newest = !concluded_ && b == robot.keys.back();
-    if (!map.holds(a) || (!is_newest && !map.holds(b))) return false;
-    to.delta.continuous.push_back(factor_of(a, b, all[k].pose));
-    return true;
-  };
+  const auto add = [&](std::size_t k, Contribution& to) { return add_closure(robot, k, map, to); };
   robot.factors.follow(accepted, add, map.keeps_all, out);
 }
 
@@ -174,12 +184,23 @@ Contribution PointClouds::conclude(const MapView& map) {
   return out;
 }
 
+void PointClouds::adopt_clouds(std::size_t robot, const std::vector<StoredCloud>& stored,
+                               const UncertainMotion3& start) {
+  robots_.try_emplace(robot, options_).first->second.mapper.adopt(stored, start);
+}
+
+const CloudMapper* PointClouds::cloud_mapper(std::size_t robot) const {
+  const auto found = robots_.find(robot);
+  return found == robots_.end() ? nullptr : &found->second.mapper;
+}
+
 std::vector<MeasuredCloudClosure> PointClouds::cloud_closures() const {
   std::vector<MeasuredCloudClosure> out;
   for (const auto& [number, robot] : robots_) {
     std::vector<ClosureDecision> decisions = robot.mapper.decisions();
     for (std::size_t k = 0; k < decisions.size(); ++k) {
       const CloudClosure& closure = robot.mapper.closures()[k];
+      if (closure.is_known) continue;
       if (decisions[k].accepted() && !robot.factors.has(k)) {
         decisions[k].status = ClosureStatus::kUndecided;
       }
@@ -208,20 +229,28 @@ std::vector<LocalView> PointClouds::local_views() const {
 
 std::map<std::string, double> PointClouds::statistics() const {
   double clouds = 0, lost = 0, blind = 0, maps = 0, closures = 0, accepted = 0;
+  double places = 0, places_accepted = 0;
   for (const auto& [number, robot] : robots_) {
     const CloudTracker& tracker = robot.mapper.tracker();
     clouds += static_cast<double>(tracker.clouds());
     lost += static_cast<double>(tracker.lost());
     blind += static_cast<double>(tracker.blind());
     maps += static_cast<double>(tracker.local_maps().size());
-    closures += static_cast<double>(robot.mapper.closures().size());
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
-      if (robot.factors.has(k)) ++accepted;
+      const CloudClosure& closure = robot.mapper.closures()[k];
+      // Of the modes of one search one is right at most.
+      (closure.is_known ? places : closures) += closure.is_known ? 1.0 / closure.modes : 1.0;
+      if (robot.factors.has(k)) ++(closure.is_known ? places_accepted : accepted);
     }
   }
-  return {{"clouds", clouds},           {"clouds_blind", blind},
-          {"clouds_lost", lost},        {"cloud_maps", maps},
-          {"cloud_closures", closures}, {"cloud_closures_accepted", accepted}};
+  return {{"clouds", clouds},
+          {"clouds_blind", blind},
+          {"clouds_lost", lost},
+          {"cloud_maps", maps},
+          {"cloud_closures", closures},
+          {"cloud_closures_accepted", accepted},
+          {"known_places", std::round(places)},
+          {"known_places_accepted", places_accepted}};
 }
 
 }  // namespace hybrid

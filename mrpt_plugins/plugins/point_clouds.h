@@ -30,6 +30,9 @@ class PointClouds : public MappingPlugin, public CloudFollower {
   void applied(const Outcome& outcome) override;
   void refused() override;
   Contribution conclude(const MapView& map) override;
+  void adopt_clouds(std::size_t robot, const std::vector<StoredCloud>& stored,
+                    const UncertainMotion3& start) override;
+  const CloudMapper* cloud_mapper(std::size_t robot) const override;
   std::vector<MeasuredCloudClosure> cloud_closures() const override;
   std::vector<LocalView> local_views() const override;
   std::map<std::string, double> statistics() const override;
@@ -47,6 +50,8 @@ class PointClouds : public MappingPlugin, public CloudFollower {
 
   std::optional<UncertainMotion3> motion_to(const Robot& robot, const Frame& frame,
                                             const MapView& map) const;
+  bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
+                   Contribution& out) const;
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
 
   CloudMapperOptions options_;

@@ -141,25 +141,26 @@ Json robots_json(const MapResult& result) {
 Json map_report_json(const MapReport& report) {
   const MapResult& result = report.result;
   const Trajectory& path = result.trajectory;
-  Json out = {{"schema", 1},
-              {"kind", "map"},
-              {"title", result.title},
-              {"start", path.empty() ? Json() : decimals(path.front().time, 6)},
-              {"dimension", result.is_3d ? 3 : 2},
-              {"classes", result.class_names},
-              {"robots", robots_json(result)},
-              {"poses", pose_columns(path, result.is_3d)},
-              {"reckoned", pose_columns(result.dead_reckoning, result.is_3d)},
-              {"landmarks", landmarks_json(result)},
-              {"truth", truth_json(report.truth, result.is_3d)},
-              {"steps", steps_json(result.steps)},
-              {"errors", errors_json(report)},
-              {"modes", {{"names", result.mode_names}, {"of", result.motion_modes}}},
-              {"photographs", report.photographs},
-              {"scans", scans_json(report.scans)},
-              {"scan_closures", scan_closures_json(result.scan_closures)},
-              {"fixes", fixes_json(result)},
-              {"summary", report.summary}};
+  Json out = {
+      {"schema", 1},
+      {"kind", "map"},
+      {"title", result.title},
+      {"start", path.empty() ? Json() : decimals(path.front().time, 6)},
+      {"dimension", result.is_3d ? 3 : 2},
+      {"classes", result.class_names},
+      {"robots", robots_json(result)},
+      {"poses", pose_columns(path, result.is_3d)},
+      {"reckoned", pose_columns(result.dead_reckoning, result.is_3d)},
+      {"landmarks", landmarks_json(result)},
+      {"truth", truth_json(report.truth, result.is_3d)},
+      {"steps", steps_json(result.steps)},
+      {"errors", errors_json(report)},
+      {"modes", {{"names", result.mode_names}, {"of", result.motion_modes}}},
+      {"photographs", report.photographs},
+      {"scans", report.views.empty() ? scans_json(report.scans) : views_json(report.views, path)},
+      {"scan_closures", scan_closures_json(result.scan_closures)},
+      {"fixes", fixes_json(result)},
+      {"summary", report.summary}};
   out.update(history_json(report.record, result.is_3d));
   return out;
 }

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/clouds/cloud_join.h"
+#include "libhybrid/clouds/cloud_place.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/isometry.h"
@@ -14,6 +16,7 @@
 #include "libhybrid/scans/scan_place.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/map_file/export_map.h"
+#include "mrpt_plugins/mapping/cloud_follower.h"
 #include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
@@ -24,45 +27,74 @@
 namespace hybrid {
 namespace {
 
-/// Way after which scans that have not told which of the places near a given start is right are
-/// not waited for any longer [m].
+/// Way after which scans or clouds that have not told which of the places near a given start is
+/// right are not waited for any longer [m].
 constexpr double kFirstWay = 30.0;
 
-/// Finds the place of a mapper by its laser scans.
-class ScanLocalizer {
+/// Finds the place of a mapper by its laser scans, or by its clouds.
+class PlaceLocalizer {
  public:
-  ScanLocalizer(const MapRecord& map, const std::vector<std::shared_ptr<MappingPlugin>>& plugins,
-                const ScanPlaceOptions& options) {
-    if (!has_planar_scans(map)) return;
+  /// `start`: where it begins, if that is roughly known.
+  PlaceLocalizer(const MapRecord& map, const Plugins& plugins, double odds,
+                 const std::optional<KnownStart>& start) {
     for (const auto& plugin : plugins) {
-      if (const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get())) {
-        follower_ = follower;
-        search_.emplace(stored_scans(map), options);
+      if (has_planar_scans(map)) by_scans_ = dynamic_cast<const ScanFollower*>(plugin.get());
+      if (has_clouds(map)) by_clouds_ = dynamic_cast<const CloudFollower*>(plugin.get());
+      if (by_scans_ != nullptr || by_clouds_ != nullptr) break;
+    }
+    if (by_scans_ != nullptr) {
+      ScanPlaceOptions options;
+      options.odds = odds;
+      if (start) options.start = {to_se2(start->T_map_robot), planar_covariance(start->covariance)};
+      scans_.emplace(stored_scans(map), options);
+    }
+    if (by_clouds_ != nullptr) {
+      CloudPlaceOptions options;
+      options.odds = odds;
+      if (start) {
+        options.start = {to_se3(start->T_map_robot), spatial_covariance(start->covariance)};
       }
+      clouds_.emplace(stored_clouds(map), options);
     }
   }
 
   std::optional<KnownStart> look() {
-    const ScanMapper* own = mapper();
-    const auto found = own == nullptr ? std::nullopt : search_->look(*own);
-    if (!found) return std::nullopt;
-    return KnownStart{to_isometry(found->motion), found->covariance};
+    if (const ScanMapper* own = scan_mapper()) {
+      if (const auto found = scans_->look(*own)) {
+        return KnownStart{to_isometry(found->motion), found->covariance};
+      }
+    }
+    if (const CloudMapper* own = cloud_mapper()) {
+      if (const auto found = clouds_->look(*own)) {
+        return KnownStart{to_isometry(found->motion), found->covariance};
+      }
+    }
+    return std::nullopt;
   }
 
-  /// That scans have followed [m].
+  /// That scans or clouds have followed [m].
   double way() const {
-    const ScanMapper* own = mapper();
-    if (own == nullptr || own->tracker().keyframes().empty()) return 0.0;
-    return own->tracker().keyframes().back().travelled;
+    const ScanMapper* scans = scan_mapper();
+    if (scans != nullptr && !scans->tracker().keyframes().empty()) {
+      return scans->tracker().keyframes().back().travelled;
+    }
+    const CloudMapper* clouds = cloud_mapper();
+    if (clouds == nullptr || clouds->tracker().local_maps().empty()) return 0.0;
+    return clouds->tracker().local_maps().back().travelled.back();
   }
 
  private:
-  const ScanMapper* mapper() const {
-    return follower_ == nullptr ? nullptr : follower_->scan_mapper(0);
+  const ScanMapper* scan_mapper() const {
+    return by_scans_ == nullptr ? nullptr : by_scans_->scan_mapper(0);
+  }
+  const CloudMapper* cloud_mapper() const {
+    return by_clouds_ == nullptr ? nullptr : by_clouds_->cloud_mapper(0);
   }
 
-  const ScanFollower* follower_ = nullptr;
-  std::optional<ScanPlaceSearch> search_;
+  const ScanFollower* by_scans_ = nullptr;
+  const CloudFollower* by_clouds_ = nullptr;
+  std::optional<ScanPlaceSearch> scans_;
+  std::optional<CloudPlaceSearch> clouds_;
 };
 
 /// The log of one robot, mapped in a frame of its own.
@@ -124,14 +156,12 @@ std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t r
   OwnMap own(request, robot, map);
   std::optional<Localizer> localizer;
   if (!map.landmarks.empty()) localizer.emplace(map, odds);
-  ScanPlaceOptions options;
-  options.odds = odds;
-  ScanLocalizer scans(map, own.plugins(), options);
+  PlaceLocalizer places(map, own.plugins(), odds, std::nullopt);
   std::optional<FoundStart> by_fixes;
   for (std::size_t i = 0; own.add_next(); ++i) {
     const auto start = localizer ? localizer->look(own.mapper()) : std::nullopt;
     if (start) return FoundStart{*start, i, false};
-    if (const auto by_scans = scans.look()) return FoundStart{*by_scans, i, true};
+    if (const auto by_place = places.look()) return FoundStart{*by_place, i, true};
     if (by_fixes) continue;
     if (const auto found = start_by_fixes(own, map)) by_fixes = FoundStart{*found, i, false};
   }
@@ -140,15 +170,12 @@ std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t r
 
 std::optional<KnownStart> refine_start(const ReplayRequest& request, std::size_t robot,
                                        const MapRecord& map, double odds, const KnownStart& start) {
-  if (!has_planar_scans(map)) return std::nullopt;
+  if (!has_planar_scans(map) && !has_clouds(map)) return std::nullopt;
   OwnMap own(request, robot, map);
-  ScanPlaceOptions options;
-  options.odds = odds;
-  options.start = {to_se2(start.T_map_robot), planar_covariance(start.covariance)};
-  ScanLocalizer scans(map, own.plugins(), options);
+  PlaceLocalizer places(map, own.plugins(), odds, start);
   while (own.add_next()) {
-    if (const auto found = scans.look()) return found;
-    if (scans.way() > kFirstWay) break;
+    if (const auto found = places.look()) return found;
+    if (places.way() > kFirstWay) break;
   }
   return std::nullopt;
 }

@@ -86,13 +86,17 @@ void MapPlace::pause(const Mapper& mapper) {
   if (writes()) run_->pause(mapper);
 }
 
-std::string MapPlace::doubt(const Agreement& with_map, bool has_scans) const {
-  if (!run_ || lost_ || run_->map().local_maps.empty()) return "";
-  if (with_map.looks == 0 && has_scans && is_given_ && run_->map().landmarks.empty()) {
-    return "none of its surfaces is in view of laser scans from the start that is given";
+std::string MapPlace::doubt(const Agreement& with_map, bool has_views) const {
+  if (!run_ || lost_) return "";
+  const char* views = has_clouds(run_->map())         ? "clouds"
+                      : has_planar_scans(run_->map()) ? "laser scans"
+                                                      : nullptr;
+  if (views == nullptr) return "";
+  if (with_map.looks == 0 && has_views && is_given_ && run_->map().landmarks.empty()) {
+    return fmt::format("none of its surfaces is in view of {} from the start that is given", views);
   }
   if (with_map.looks == 0 || with_map.ratio + with_map.sigma > kLeastShown) return "";
-  return fmt::format("laser scans find {:.0f} % of its surfaces that are in view",
+  return fmt::format("{} find {:.0f} % of its surfaces that are in view", views,
                      100 * with_map.late);
 }
 
@@ -123,11 +127,10 @@ void MapPlace::tell(MapResult& result, Summary& summary) const {
   summary.landmarks = all.size();
 }
 
-void MapPlace::finish(const Mapper& mapper, const MapResult& result,
-                      const std::vector<MapLocalMap>& local_maps,
+void MapPlace::finish(const Mapper& mapper, const MapResult& result, const SeenPlaces& seen,
                       const std::function<void()>& show) {
   if (writes()) {
-    run_->finish(mapper, result, local_maps, show);
+    run_->finish(mapper, result, seen, show);
   } else {
     show();
   }

@@ -247,8 +247,7 @@ void MapRun::pause(const Mapper& mapper) {
   }
 }
 
-void MapRun::finish(const Mapper& mapper, const MapResult& result,
-                    const std::vector<MapLocalMap>& local_maps,
+void MapRun::finish(const Mapper& mapper, const MapResult& result, const SeenPlaces& seen,
                     const std::function<void()>& before_commit) {
   if (!begun_) {
     before_commit();
@@ -256,9 +255,14 @@ void MapRun::finish(const Mapper& mapper, const MapResult& result,
   }
   MapRecord record = after(mapper, result);
   record.local_maps = map_.local_maps;
-  for (MapLocalMap local : local_maps) {
+  for (MapLocalMap local : seen.local_maps) {
     local.session = session_.id;
     record.local_maps.push_back(std::move(local));
+  }
+  record.local_clouds = map_.local_clouds;
+  for (MapLocalCloud local : seen.local_clouds) {
+    local.session = session_.id;
+    record.local_clouds.push_back(std::move(local));
   }
   write([&] { file_->replace(record, before_commit); });
 }

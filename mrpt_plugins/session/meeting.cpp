@@ -6,15 +6,18 @@
 #include <algorithm>
 #include <utility>
 
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/detections/sighting.h"
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/join_maps.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/session/detail/map_run.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
+#include "mrpt_plugins/session/detail/scan_places.h"
 
 namespace hybrid {
 namespace {
@@ -49,6 +52,7 @@ Meeting::Meeting(const ReplayRequest& request, const ReplaySettings& settings, M
 
 std::optional<FoundStart> Meeting::find(std::size_t i) {
   auto start = by_landmarks(i);
+  const bool is_by_places = !start && (start = by_places(i)).has_value();
   if (!start) start = by_sightings(i);
   if (!start) start = by_fixes(i);
   if (!start) return std::nullopt;
@@ -57,7 +61,7 @@ std::optional<FoundStart> Meeting::find(std::size_t i) {
   if (own(i).map.origin) {
     start->T_map_robot = start->T_map_robot * to_isometry(own(i).trajectory.front().pose);
   }
-  return FoundStart{*start, own(i).trajectory.size() - 1};
+  return FoundStart{*start, own(i).trajectory.size() - 1, is_by_places};
 }
 
 const Meeting::OwnMap& Meeting::own(std::size_t i) {
@@ -83,6 +87,9 @@ Meeting::OwnMap Meeting::map_alone(std::size_t robot) const {
     mapper.finish();
     const MapResult result = mapper.result();
     out.map = record_of(mapper, result);
+    SeenPlaces seen = seen_places(settings.plugins, result, mapper);
+    out.map.local_maps = std::move(seen.local_maps);
+    out.map.local_clouds = std::move(seen.local_clouds);
     out.trajectory = result.trajectory;
     if (result.datum && result.datum->is_on_earth) set_origin(*result.datum, mapper, out);
     return out;
@@ -110,6 +117,20 @@ std::optional<KnownStart> Meeting::by_landmarks(std::size_t i) {
     part.map = std::move(joined->map);
     return KnownStart{part.T_joint_part * joined->T_first_second,
                       joined->variance_factor * joined->covariance};
+  }
+  return std::nullopt;
+}
+
+/// By what laser scans, or clouds, of both saw.
+std::optional<KnownStart> Meeting::by_places(std::size_t i) {
+  const MapRecord& map = own(i).map;
+  for (Part& part : parts_) {
+    std::string why;
+    auto joined = map.is_3d ? join_maps_by_clouds(part.map, map, odds_, why)
+                            : join_maps_by_scans(part.map, map, odds_, why);
+    if (!joined) continue;
+    part.map = std::move(joined->map);
+    return KnownStart{part.T_joint_part * joined->T_first_second, joined->covariance};
   }
   return std::nullopt;
 }

@@ -7,10 +7,12 @@
 #include <optional>
 #include <utility>
 
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/mapping/cloud_follower.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace hybrid {
@@ -19,11 +21,17 @@ namespace {
 /// Standard deviations of a local map whose covariance is not known any more [m], [rad].
 constexpr double kUnknownPlace = 0.1;
 constexpr double kUnknownTurn = 0.02;
+/// Points of a local cloud that are kept in a map.
+constexpr std::size_t kMostCloudPoints = 500000;
 
 }  // namespace
 
 bool has_planar_scans(const MapRecord& map) {
   return !map.local_maps.empty() && !map.is_3d;
+}
+
+bool has_clouds(const MapRecord& map) {
+  return !map.local_clouds.empty() && map.is_3d;
 }
 
 Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
@@ -35,40 +43,86 @@ Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
       .toDenseMatrix();
 }
 
-void adopt_scans(const Plugins& plugins, const MapRecord& map,
-                 const std::vector<RobotSettings>& robots) {
-  if (!has_planar_scans(map)) return;
-  const std::vector<StoredScans> stored = stored_scans(map);
+Matrix6d spatial_covariance(const Eigen::MatrixXd& covariance) {
+  if (covariance.rows() == SE3::kDim) return covariance;
+  Eigen::Matrix<double, 6, 1> sigmas;
+  sigmas << Eigen::Vector3d::Constant(kUnknownPlace), Eigen::Vector3d::Constant(kUnknownTurn);
+  return sigmas.cwiseAbs2().asDiagonal();
+}
+
+void adopt_places(const Plugins& plugins, const MapRecord& map,
+                  const std::vector<RobotSettings>& robots) {
+  std::vector<StoredScans> scans;
+  std::vector<StoredCloud> clouds;
+  if (has_planar_scans(map)) scans = stored_scans(map);
+  if (has_clouds(map)) clouds = stored_clouds(map);
   for (const auto& plugin : plugins) {
-    auto* follower = dynamic_cast<ScanFollower*>(plugin.get());
-    for (std::size_t i = 0; follower != nullptr && i < robots.size(); ++i) {
+    auto* by_scans = dynamic_cast<ScanFollower*>(plugin.get());
+    auto* by_clouds = dynamic_cast<CloudFollower*>(plugin.get());
+    for (std::size_t i = 0; i < robots.size(); ++i) {
       const std::optional<KnownStart>& start = robots[i].options.motion.start;
       if (!start) continue;
-      follower->adopt_scans(i, stored,
-                            {to_se2(start->T_map_robot), planar_covariance(start->covariance)});
+      if (by_scans != nullptr && !scans.empty()) {
+        by_scans->adopt_scans(i, scans,
+                              {to_se2(start->T_map_robot), planar_covariance(start->covariance)});
+      }
+      if (by_clouds != nullptr && !clouds.empty()) {
+        by_clouds->adopt_clouds(
+            i, clouds, {to_se3(start->T_map_robot), spatial_covariance(start->covariance)});
+      }
     }
   }
 }
 
-std::vector<MapLocalMap> local_maps(const Plugins& plugins, const MapResult& result,
-                                    const Mapper& mapper) {
-  std::vector<MapLocalMap> out;
+namespace {
+
+MapLocalMap local_map_of(const LocalScans& scans, const SE2& anchor,
+                         const Eigen::MatrixXd& covariance) {
+  MapLocalMap local;
+  local.pose << anchor.x(), anchor.y(), anchor.angle();
+  local.covariance = planar_covariance(covariance);
+  for (const SurfacePoint& point : scans.points) {
+    local.surfaces.push_back({point.position, std::nullopt});
+    if (!point.has_normal()) continue;
+    local.surfaces.back().direction = std::atan2(point.normal.y(), point.normal.x());
+  }
+  return local;
+}
+
+MapLocalCloud local_cloud_of(const LocalView& view, const SE3& anchor,
+                             const Eigen::MatrixXd& covariance) {
+  MapLocalCloud local;
+  local.T_map_anchor = {anchor, spatial_covariance(covariance)};
+  local.spacing = view.spacing;
+  for (const CloudPoint& point : chosen(view.points, kMostCloudPoints)) {
+    local.points.push_back({point.position, point.normal});
+  }
+  return local;
+}
+
+}  // namespace
+
+SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Mapper& mapper) {
+  SeenPlaces out;
   std::vector<Eigen::MatrixXd> covariances;
-  for (const auto& plugin : plugins) {
-    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
-    if (follower == nullptr) continue;
+  const auto anchor_at = [&](std::size_t keyframe) {
     if (covariances.empty()) covariances = mapper.pose_covariances();
-    for (const LocalScans& scans : follower->local_scans()) {
-      const SE2 anchor = to_se2(to_isometry(result.trajectory[scans.anchor].pose));
-      MapLocalMap local;
-      local.pose << anchor.x(), anchor.y(), anchor.angle();
-      local.covariance = planar_covariance(covariances[scans.anchor]);
-      for (const SurfacePoint& point : scans.points) {
-        local.surfaces.push_back({point.position, std::nullopt});
-        if (!point.has_normal()) continue;
-        local.surfaces.back().direction = std::atan2(point.normal.y(), point.normal.x());
+    return to_isometry(result.trajectory[keyframe].pose);
+  };
+  for (const auto& plugin : plugins) {
+    if (const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get())) {
+      for (const LocalScans& scans : follower->local_scans()) {
+        if (scans.points.empty()) continue;
+        const SE2 anchor = to_se2(anchor_at(scans.anchor));
+        out.local_maps.push_back(local_map_of(scans, anchor, covariances[scans.anchor]));
       }
-      if (!local.surfaces.empty()) out.push_back(std::move(local));
+    }
+    if (const auto* follower = dynamic_cast<const CloudFollower*>(plugin.get())) {
+      for (const LocalView& view : follower->local_views()) {
+        if (view.points.empty() || !result.is_3d) continue;
+        const SE3 anchor = to_se3(anchor_at(view.anchor));
+        out.local_clouds.push_back(local_cloud_of(view, anchor, covariances[view.anchor]));
+      }
     }
   }
   return out;

@@ -3,6 +3,7 @@
 
 #include "mrpt_plugins/session/detail/session.h"
 
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
@@ -36,7 +37,7 @@ std::size_t Session::count_keyframes() const {
 void Session::begin() {
   mapper_.emplace(make_mapper(settings_, is_3d_));
   place_.enter(*mapper_, team_.is_in_map());
-  if (team_.is_in_map()) adopt_scans(plugins_, place_.map(), settings_.robots);
+  if (team_.is_in_map()) adopt_places(plugins_, place_.map(), settings_.robots);
 }
 
 /// The next keyframe; nothing at the end, or with a signal that asks to stop.
@@ -83,13 +84,16 @@ const MapRecord& Session::known() const {
   return team_.is_in_map() ? place_.map() : none;
 }
 
-Agreement Session::agreement(const std::vector<PlacedScan>& scans) const {
+Agreement Session::agreement(const std::vector<PlacedScan>& scans,
+                             const std::vector<PlacedCloud>& clouds, double reach) const {
   const MapRecord& map = known();
-  return has_planar_scans(map) ? agreement_with_map(scans, stored_scans(map)) : Agreement();
+  if (has_planar_scans(map)) return agreement_with_map(scans, stored_scans(map));
+  if (has_clouds(map)) return agreement_with_map(clouds, reach, stored_clouds(map));
+  return {};
 }
 
-std::string Session::doubt(const Agreement& with_map, bool has_scans) const {
-  return signal_ == 0 && team_.is_in_map() ? place_.doubt(with_map, has_scans) : "";
+std::string Session::doubt(const Agreement& with_map, bool has_views) const {
+  return signal_ == 0 && team_.is_in_map() ? place_.doubt(with_map, has_views) : "";
 }
 
 MapResult Session::result() const {
@@ -99,9 +103,9 @@ MapResult Session::result() const {
 }
 
 void Session::publish(const MapResult& result, const std::function<void()>& show) {
-  std::vector<MapLocalMap> scans;
-  if (place_.writes()) scans = local_maps(plugins_, result, *mapper_);
-  signal_ != 0 ? show() : place_.finish(*mapper_, result, scans, show);
+  SeenPlaces seen;
+  if (place_.writes()) seen = seen_places(plugins_, result, *mapper_);
+  signal_ != 0 ? show() : place_.finish(*mapper_, result, seen, show);
 }
 
 }  // namespace hybrid

@@ -227,7 +227,7 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   // What the second format has added.
   run_sql(at("a.hmap"),
           "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
-          "ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
+          "DROP TABLE local_cloud; ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
   const std::string old = read("a.hmap");
   EXPECT_EQ(info_of("a.hmap"), before);
   EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
@@ -236,7 +236,7 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   EXPECT_EQ(read("a.hmap"), old);
   const MapRecord first = read_map(at("a.hmap"));
   ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "second")).code, 0);
-  EXPECT_EQ(format_of(at("a.hmap")), 5);
+  EXPECT_EQ(format_of(at("a.hmap")), 6);
   const MapRecord both = read_map(at("a.hmap"));
   ASSERT_EQ(both.sessions.size(), 2u);
   ASSERT_EQ(both.sessions[0].keyframes.size(), first.sessions[0].keyframes.size());
@@ -248,11 +248,11 @@ TEST_F(MapTest, AChangeThatIsRefusedLeavesTheFirstFormat) {
   ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
   run_sql(at("a.hmap"),
           "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
-          "ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
+          "DROP TABLE local_cloud; ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
   expect_refusal("hybrid-map prune --session 9 " + at("a.hmap"), "a.hmap", "no session 9");
   EXPECT_EQ(format_of(at("a.hmap")), 1);
   ASSERT_EQ(run_app("hybrid-map prune --session 1 " + at("a.hmap")).code, 0);
-  EXPECT_EQ(format_of(at("a.hmap")), 5);
+  EXPECT_EQ(format_of(at("a.hmap")), 6);
 }
 
 TEST_F(MapTest, AKeyframeOfARobotThatIsNotThereIsAFault) {

@@ -36,6 +36,21 @@ inline CloudWorld cluttered_hall() {
   return world;
 }
 
+/// A hall of 48 x 12 x 4 m with pillars and crates beside the way along it; other seeds are other
+/// halls.
+inline CloudWorld long_hall(unsigned seed = 3) {
+  CloudWorld world{{{-24, -6, -1}, {24, 6, 3}}, {}};
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> x(-23, 23), y(-5, 5), size(0.3, 1.5), height(0.5, 4);
+  while (world.boxes.size() < 40) {
+    const Eigen::Vector3d at(x(random), y(random), -1);
+    const Eigen::Vector3d edges(size(random), size(random), height(random));
+    if (at.y() > -2.5 && at.y() < 1) continue;  // the way
+    world.boxes.push_back({at, at + edges});
+  }
+  return world;
+}
+
 /// Distance along a ray to a box seen from outside, or from within; infinity where it is missed.
 inline double distance_to(const Box3& box, const Eigen::Vector3d& from, const Eigen::Vector3d& ray,
                           bool within) {
@@ -81,6 +96,20 @@ inline std::vector<SE3> way_around_hall(double step) {
     const Eigen::Vector3d at(kRadius * std::cos(a), kRadius * std::sin(a), 0.1 * std::sin(3 * a));
     out.emplace_back(at, SO3::exp(Eigen::Vector3d(0, 0, a + M_PI / 2)) *
                              SO3::exp(Eigen::Vector3d(0.03 * std::sin(2 * a), 0, 0)));
+  }
+  return out;
+}
+
+/// Along the long hall, `step` metres apart, from one x to another, swaying a little.
+inline std::vector<SE3> way_along_hall(double step, double from, double to) {
+  const double sign = to > from ? 1 : -1;
+  std::vector<SE3> out;
+  for (double way = 0; way < std::abs(to - from); way += step) {
+    const double x = from + sign * way;
+    out.emplace_back(
+        Eigen::Vector3d(x, 0.5 * std::sin(0.3 * x), 0.1 * std::sin(x)),
+        SO3::exp(Eigen::Vector3d(0, 0, 0.15 * std::cos(0.3 * x) + (to > from ? 0 : M_PI))) *
+            SO3::exp(Eigen::Vector3d(0.03 * std::sin(2 * x), 0, 0)));
   }
   return out;
 }

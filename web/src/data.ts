@@ -88,8 +88,9 @@ export interface Photograph {
   camera: { f: [number, number]; c: [number, number]; T: number[] } | null;
   jpeg: string;
 }
-/** What lasers saw at a keyframe, in the frame of the robot: whole multiples of a unit, each less the one before. */
-export interface KeyframeScan { k: number; x: number[]; y: number[] }
+/** What lasers saw at a keyframe, or clouds from it on, in the frame of the robot, of clouds without tilt: whole multiples of a unit,
+ * each less the one before. */
+export interface KeyframeScan { k: number; x: number[]; y: number[]; z?: number[] }
 /** Closures by scans, as columns; i and j are keyframes. */
 export interface ScanClosures {
   i: number[]; j: number[]; decision: string[]; probability: Num[]; residual: Num[]; redundancy: Num[];

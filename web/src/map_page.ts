@@ -14,8 +14,9 @@ import { History } from './history';
 import { LandmarkView } from './landmark_view';
 import { MapView } from './map_view';
 import { MergeView } from './merge_view';
-import { OrbitView, spaceSwitch } from './orbit';
+import { OrbitView, spaceSwitch, Strand } from './orbit';
 import { ScanClosureView } from './scan_closure_view';
+import { ScanLayer } from './scan_layer';
 import { SolverView } from './solver_view';
 import { State } from './state';
 import { robotColor } from './palette';
@@ -33,7 +34,7 @@ export function mapPage(data: MapData): CompareView {
   });
   const solver = new SolverView(data, state);
   const errors = new ErrorView(data, state);
-  const orbit = data.dimension === 3 ? inSpace(data) : null;
+  const orbit = data.dimension === 3 ? inSpace(data, view.scans) : null;
   const compare = new CompareView(data, view.compare, added => {
     view.measure();
     orbit?.setOthers(view.compare.strands());
@@ -131,7 +132,7 @@ function searchBox(data: MapData, history: History, state: State, tabs: Tabs): H
   return box;
 }
 
-function inSpace(data: MapData): OrbitView {
+function inSpace(data: MapData, scans: ScanLayer): OrbitView {
   const { poses, reckoned, truth, landmarks } = data;
   const known = (axis: (number | null)[]) => axis.filter(v => v !== null) as number[];
   const columns = (c: Path) => [known(c.x), known(c.y), c.z ? known(c.z) : known(c.x).map(() => 0)];
@@ -139,13 +140,20 @@ function inSpace(data: MapData): OrbitView {
     const places = placesOf(data, robot, axes[0].length);
     return axes.map(axis => places.map(i => axis[i]));
   };
-  const strands = [
-    ...robotsOf(data).flatMap(robot => [
-      { label: data.robots.names[robot] ?? 'estimate', points: own(columns(poses), robot), color: robot ? robotColor(robot) : 'estimate', mode: 'line' as const },
-      { label: 'dead reckoning', points: own(columns(reckoned), robot), color: 'odometry', mode: 'line' as const, alpha: 0.8 }]),
-    { label: 'landmarks', points: [0, 1, 2].map(d => landmarks.map(l => l.at[d] ?? 0)), color: 'merge', mode: 'points' as const },
+  const strands: Strand[] = [
+    ...robotsOf(data).flatMap((robot): Strand[] => [
+      { label: data.robots.names[robot] ?? 'estimate', points: own(columns(poses), robot), color: robot ? robotColor(robot) : 'estimate', mode: 'line' },
+      { label: 'dead reckoning', points: own(columns(reckoned), robot), color: 'odometry', mode: 'line', alpha: 0.8 }]),
   ];
-  if (truth.path.x.length) strands.splice(2, 0, { label: 'truth', points: columns(truth.path), color: 'truth', mode: 'line' as const });
+  if (landmarks.length) strands.push({ label: 'landmarks', points: [0, 1, 2].map(d => landmarks.map(l => l.at[d] ?? 0)), color: 'merge', mode: 'points' });
+  if (truth.path.x.length) strands.splice(2, 0, { label: 'truth', points: columns(truth.path), color: 'truth', mode: 'line' });
+  const walls = scans.inSpace(), closures = data.scan_closures;
+  if (walls[0].length) strands.push({ label: 'walls', points: walls, color: 'wall', mode: 'points', alpha: 0.7, size: 1.5 });
+  const accepted = closures.i.map((_, e) => e).filter(e => closures.decision[e] === 'accepted');
+  if (accepted.length && poses.z) {
+    const ends = accepted.flatMap(e => [closures.i[e], closures.j[e]]), axes = columns(poses);
+    strands.push({ label: 'closures accepted', points: axes.map(axis => ends.map(k => axis[k])), color: 'accepted', mode: 'segments' });
+  }
   return new OrbitView(strands);
 }
 

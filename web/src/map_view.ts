@@ -31,7 +31,7 @@ export class MapView {
   private snapshot: Snapshot | null = null;
   private places: number[][] = [];  // of the poses of each robot, in the path that is shown
   private hidden = new Set<number>();  // robots
-  private scans: ScanLayer;
+  readonly scans: ScanLayer;
   private fixes: FixLayer;
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;

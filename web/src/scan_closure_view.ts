@@ -29,7 +29,7 @@ export class ScanClosureView {
     for (const name of ['all', 'this keyframe', ...new Set(all.decision)]) this.filter.append(el('option', {}, name));
     this.root = el('div', { class: 'scan-closures' },
         el('div', { class: 'bar' }, el('label', {}, 'show ', this.filter), this.count),
-        el('p', { class: 'quiet' }, 'Places that scans recognise: each is a relative pose that may be false.'),
+        el('p', { class: 'quiet' }, 'Places that scans or clouds recognise: each is a relative pose that may be false.'),
         this.detail, this.table.root);
     state.listen((view, changed) => {
       if (changed.has('closure') && view.closure === null) { this.table.select(null); this.detail.replaceChildren(); }

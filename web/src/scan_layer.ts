@@ -6,7 +6,7 @@ import { MapData, robotAt, sums } from './data';
 import { themed } from './palette';
 
 /** Points of one keyframe in the frame of the map. */
-interface Seen { k: number; x: Float64Array; y: Float64Array }
+interface Seen { k: number; x: Float64Array; y: Float64Array; z: Float64Array | null }
 
 /** How a decision on a closure is drawn. */
 export const closureColor = (decision: string) => (decision === 'accepted' || decision === 'rejected' ? decision : 'undecided');
@@ -18,19 +18,25 @@ export class ScanLayer {
   constructor(private data: MapData, private map: CanvasMap) {
     const { poses, scans } = data;
     this.seen = scans.list.map(scan => {
-      const x = sums(scan.x, 0, scans.unit), y = sums(scan.y, 0, scans.unit);
+      const x = sums(scan.x, 0, scans.unit), y = sums(scan.y, 0, scans.unit), z = scan.z ? sums(scan.z, 0, scans.unit) : null;
       const cos = Math.cos(poses.yaw[scan.k]), sin = Math.sin(poses.yaw[scan.k]);
       x.forEach((a, n) => {
         const b = y[n];
         x[n] = poses.x[scan.k] + cos * a - sin * b;
         y[n] = poses.y[scan.k] + sin * a + cos * b;
+        if (z) z[n] += poses.z?.[scan.k] ?? 0;
       });
-      return { k: scan.k, x, y };
+      return { k: scan.k, x, y, z };
     });
   }
 
   get any() { return this.seen.length > 0; }
   get closures() { return this.data.scan_closures.i.length > 0; }
+  /** All points in space, as columns; none of a map in the plane. */
+  inSpace(): number[][] {
+    const high = this.seen.filter(s => s.z !== null);
+    return [high.flatMap(s => [...s.x]), high.flatMap(s => [...s.y]), high.flatMap(s => [...s.z!])];
+  }
   /** Coordinates of all points, for the box of the map. */
   extent(): { x: number[]; y: number[] } {
     const range = (axis: 'x' | 'y') => this.seen.flatMap(s => {
@@ -42,8 +48,9 @@ export class ScanLayer {
   }
   /** Colours with what they mean. */
   legend(): [string, string][] {
-    const out: [string, string][] = this.any ? [['ray', 'scan here']] : [];
-    if (this.any && this.closures) out.push(['select', 'chosen closure, its scan']);
+    const seen = this.seen.some(s => s.z) ? 'walls' : 'scan';
+    const out: [string, string][] = this.any ? [['ray', `${seen} here`]] : [];
+    if (this.any && this.closures) out.push(['select', `chosen closure, its ${seen}`]);
     for (const name of ['accepted', 'undecided', 'rejected']) {
       const count = this.data.scan_closures.decision.filter(d => closureColor(d) === name).length;
       if (count) out.push([name, `closure ${name} (${count})`]);

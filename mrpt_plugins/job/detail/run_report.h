@@ -36,10 +36,10 @@ class RunReport {
   /// Once the mapper has solved to convergence; closes events.jsonl.
   void finish(Mapper& mapper, const MapResult& result, double objective);
 
-  /// Writes report.html, where that is asked for, with these scans.
+  /// Writes report.html, where that is asked for, with these scans, or what clouds saw.
   void write(const MapResult& result, const std::vector<RobotPart>& parts,
              const std::vector<Truth>& truths, const std::vector<KeyframeScans>& scans,
-             const nlohmann::ordered_json& summary) const;
+             const std::vector<LocalView>& views, const nlohmann::ordered_json& summary) const;
 
  private:
   std::string version_;

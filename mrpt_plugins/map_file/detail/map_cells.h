@@ -52,6 +52,15 @@ class MapCells {
     if (!cell.isText()) throw wrong(column, "no text");
     return cell.getString();
   }
+  /// Bytes, a whole number of parts of a size.
+  std::string bytes(int column, std::size_t part) {
+    const SQLite::Column cell = rows_.getColumn(column);
+    if (!cell.isBlob()) throw wrong(column, "no bytes");
+    const void* data = cell.getBlob();  // first, since the size is that of the last form asked for
+    const auto size = static_cast<std::size_t>(cell.getBytes());
+    if (size % part != 0) throw wrong(column, fmt::format("cut off after {} bytes", size));
+    return size == 0 ? std::string() : std::string(static_cast<const char*>(data), size);
+  }
 
  private:
   Error wrong(int column, const std::string& what) {

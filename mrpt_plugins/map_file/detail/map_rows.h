@@ -26,6 +26,10 @@ void write_keyframes(SQLite::Database& database, int session,
                      const std::vector<std::pair<std::size_t, MapKeyframe>>& keyframes);
 void write_drafts(SQLite::Database& database, const std::vector<DraftLandmark>& landmarks);
 
+/// What clouds saw.
+void write_local_clouds(SQLite::Database& database, const MapRecord& record);
+void read_local_clouds(SQLite::Database& database, MapRecord& out);
+
 /// What kind of map it is.
 void write_kind(SQLite::Database& database, const MapRecord& record);
 

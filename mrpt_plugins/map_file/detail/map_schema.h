@@ -9,13 +9,15 @@ namespace hybrid::map_schema {
 inline constexpr int kApplicationId = 0x484d4150;
 /// The user version in the header: raised with every change of the tables. Files of earlier
 /// versions are read, and changed by the first transaction.
-inline constexpr int kVersion = 5;
+inline constexpr int kVersion = 6;
 /// The version from which on files have a checksum.
 inline constexpr int kFirstWithChecksum = 3;
 /// The version from which on files have local maps.
 inline constexpr int kFirstWithScans = 4;
 /// The version from which on files say what landmarks stand for.
 inline constexpr int kFirstWithSizes = 5;
+/// The version from which on files have clouds.
+inline constexpr int kFirstWithClouds = 6;
 
 /// The tables of docs/map_format.md but for those of later versions.
 inline constexpr const char* kTables = R"(
@@ -71,6 +73,15 @@ CREATE TABLE surface (
   x INTEGER NOT NULL, y INTEGER NOT NULL, direction INTEGER,
   PRIMARY KEY (session, map, number),
   FOREIGN KEY (session, map) REFERENCES local_map(session, number)) WITHOUT ROWID;
+)";
+/// The table of clouds, which versions before kFirstWithClouds lack.
+inline constexpr const char* kCloudTable = R"(
+CREATE TABLE local_cloud (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL,
+  x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
+  qx REAL NOT NULL, qy REAL NOT NULL, qz REAL NOT NULL, qw REAL NOT NULL,
+  covariance BLOB NOT NULL, spacing REAL NOT NULL, points BLOB NOT NULL,
+  PRIMARY KEY (session, number));
 )";
 /// The table of landmarks that are not single things without an extent, which versions before
 /// kFirstWithSizes lack.

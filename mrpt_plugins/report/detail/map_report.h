@@ -29,6 +29,7 @@ struct MapReport {
   const nlohmann::ordered_json& photographs;  ///< of Photographs
   const nlohmann::ordered_json& summary;      ///< the content of summary.json
   const std::vector<KeyframeScans>& scans;    ///< of the keyframes that a map is drawn of
+  const std::vector<LocalView>& views;        ///< what clouds saw, in place of scans
   std::vector<PathPairs> paths;               ///< of the robots whose true path is known
 };
 

@@ -16,7 +16,7 @@ namespace hybrid {
 struct FoundStart {
   KnownStart start;
   std::size_t keyframe = 0;
-  bool by_scans = false;  ///< of lasers, else by landmarks
+  bool by_scans = false;  ///< or clouds, else by landmarks
 };
 
 /// Maps the log of one robot in a frame of its own until its landmarks or, in the plane, its laser

@@ -11,6 +11,7 @@
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/session/detail/map_run.h"
+#include "mrpt_plugins/session/detail/scan_places.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
 namespace hybrid {
@@ -39,18 +40,18 @@ class MapPlace {
   /// The replay stops before the end of the log.
   void pause(const Mapper& mapper);
   /// At the end of the log: why robots that were taken to be in the map are not, or "", by how
-  /// their scans agree with it, if there were any.
-  std::string doubt(const Agreement& with_map, bool has_scans) const;
+  /// their scans or clouds agree with it, if there were any.
+  std::string doubt(const Agreement& with_map, bool has_views) const;
   /// Takes back what was written of the session for this reason.
   void give_up(const std::string& doubt);
   /// What summary and landmarks have to say of it.
   void tell(MapResult& result, Summary& summary) const;
   /// Whether the map is to be written.
   bool writes() const { return run_ && !lost_; }
-  /// Writes the map, with what laser scans of this session saw. `show` is called when all is
-  /// written and nothing shows yet.
-  void finish(const Mapper& mapper, const MapResult& result,
-              const std::vector<MapLocalMap>& local_maps, const std::function<void()>& show);
+  /// Writes the map, with what laser scans and clouds of this session saw. `show` is called when
+  /// all is written and nothing shows yet.
+  void finish(const Mapper& mapper, const MapResult& result, const SeenPlaces& seen,
+              const std::function<void()>& show);
 
  private:
   MapOptions options_;

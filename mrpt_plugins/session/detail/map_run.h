@@ -13,6 +13,7 @@
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/map_file/map_file.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/session/detail/scan_places.h"
 #include "mrpt_plugins/settings/map_options.h"
 
 namespace hybrid {
@@ -44,10 +45,9 @@ class MapRun {
   void added(const Mapper& mapper);
   /// Writes what has not been written yet.
   void pause(const Mapper& mapper);
-  /// Replaces the map by that after the session, which made these local maps. `before_commit` is
+  /// Replaces the map by that after the session, which has `seen` these places. `before_commit` is
   /// called when all is written and nothing shows yet.
-  void finish(const Mapper& mapper, const MapResult& result,
-              const std::vector<MapLocalMap>& local_maps,
+  void finish(const Mapper& mapper, const MapResult& result, const SeenPlaces& seen,
               const std::function<void()>& before_commit);
   /// Takes back what was written of the session: the robot is not in the map after all.
   void give_up();

@@ -21,8 +21,8 @@
 namespace hybrid {
 
 /// Robots whose starts are found one after the other, each by the map that it makes alone: by
-/// landmarks which that has in common with the maps of the others, or by where it saw them and they
-/// saw it.
+/// landmarks, or what laser scans or clouds saw, which that has in common with the maps of the
+/// others, or by where it saw them and they saw it.
 class Meeting {
  public:
   /// `joint` is a known map; without landmarks, it becomes the map of the first robot.
@@ -52,6 +52,7 @@ class Meeting {
   static void set_origin(const MapDatum& datum, const Mapper& mapper, OwnMap& out);
   const OwnMap& own(std::size_t i);
   std::optional<KnownStart> by_landmarks(std::size_t i);
+  std::optional<KnownStart> by_places(std::size_t i);
   std::optional<KnownStart> by_sightings(std::size_t i);
   std::optional<KnownStart> by_fixes(std::size_t i);
   std::vector<CommonPoint> sightings(std::size_t observer, std::size_t other);

@@ -38,10 +38,12 @@ class Session {
   using Watch = std::function<void(const StepRecord&, const Keyframe&)>;
   /// Feeds the logs to the mapper, until the program is asked to stop, and solves to convergence.
   void map(const Watch& watch);
-  /// How scans agree with those of the map that the robots are in; without looks where it has none.
-  Agreement agreement(const std::vector<PlacedScan>& scans) const;
+  /// How scans, or clouds from sensors of a reach [m], agree with those of the map that the robots
+  /// are in; without looks where it has none.
+  Agreement agreement(const std::vector<PlacedScan>& scans, const std::vector<PlacedCloud>& clouds,
+                      double reach) const;
   /// Why the robots, once mapped, are not where they were taken to be in the map file, or "".
-  std::string doubt(const Agreement& with_map, bool has_scans) const;
+  std::string doubt(const Agreement& with_map, bool has_views) const;
   /// Nothing of the session enters the map file, for this reason.
   void give_up_place(const std::string& doubt) { place_.give_up(doubt); }
   /// The estimate, with the title of the settings.

@@ -151,8 +151,7 @@ TEST(ScanClosureSearch, FindsWhatIsFartherThanThreeStandardDeviations) {
         tracker, [&](std::size_t k) { return truth[k] * drift; }, relation);
     ++searched;
     for (const ScanClosure& closure : closures) {
-      const SE2 off =
-          truth[closure.from].between(truth[closure.to]).between(closure.mode.pose.motion);
+      const SE2 off = truth[closure.from].between(truth[closure.to]).between(closure.pose.motion);
       if (off.translation().norm() > 0.15) continue;
       ++found;
       break;

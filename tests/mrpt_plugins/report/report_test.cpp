@@ -13,6 +13,7 @@
 #include "mrpt_plugins/report/graph_report.h"
 #include "mrpt_plugins/report/history_json.h"
 #include "mrpt_plugins/report/page.h"
+#include "mrpt_plugins/report/scan_json.h"
 
 namespace hybrid {
 namespace {
@@ -106,6 +107,33 @@ TEST(ReportFixes, AreThinnedWithinEachMode) {
   }
   EXPECT_EQ(fixes.at("p")[0], Json({0.9, 0.099, 0.001}));
   EXPECT_TRUE(fixes.at("p")[1].empty());
+}
+
+TEST(ReportClouds, WallsAreInALevelFrameWithTheHeadingOfTheirAnchor) {
+  // A robot that is turned by 90 degrees and tilted by 30 about its own x axis.
+  const Eigen::AngleAxisd tilt(M_PI / 6, Eigen::Vector3d::UnitX());
+  const mrpt::poses::CPose3D pose(1, 2, 3, M_PI / 2, 0, M_PI / 6);
+  LocalView view;
+  view.anchor = 1;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d wall(2, 0.1 * i, 0.5);
+    CloudPoint point;
+    point.position = (tilt.inverse() * wall).cast<float>();
+    point.normal = Eigen::Vector3f(-1, 0, 0);
+    view.points.push_back(point);
+    point.position = (tilt.inverse() * Eigen::Vector3d(0, 0.1 * i, -1)).cast<float>();
+    point.normal = (tilt.inverse() * Eigen::Vector3d::UnitZ()).cast<float>();
+    view.points.push_back(point);  // of the floor, which is left out
+  }
+  const Trajectory path = {{0, mrpt::poses::CPose3D()}, {1, pose}};
+  const Json all = views_json({view}, path);
+  ASSERT_EQ(all["list"].size(), 1U);
+  EXPECT_EQ(all["list"][0]["k"], 1);
+  EXPECT_EQ(all["list"][0]["x"].size(), 100U);
+  EXPECT_EQ(all["list"][0]["x"][0], 200);
+  EXPECT_EQ(all["list"][0]["y"][1], 10);
+  EXPECT_EQ(all["list"][0]["z"][0], 50);
+  EXPECT_LE(views_json({view}, path, 30)["list"][0]["x"].size(), 30U);
 }
 
 TEST(TrialsReport, ReadsNumbersAndKeepsNames) {

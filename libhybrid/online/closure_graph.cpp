@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/online/closure_graph.h"
+
+#include <memory>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+
+namespace hybrid {
+namespace {
+
+Key key_of_pose(std::size_t i) {
+  return {key_letter::kPose, i};
+}
+
+template <class Pose>
+ContinuousFactorPtr motion_between(Key from, Key to, const Uncertain<Pose>& measured) {
+  return std::make_shared<Between<Pose>>(from, to, measured.motion,
+                                         Noise::covariance(measured.covariance));
+}
+
+/// Adds a pose that is known.
+template <class Pose>
+void insert_known(Key key, const Uncertain<Pose>& known, Delta& change) {
+  change.values.insert(key, known.motion);
+  change.continuous.push_back(
+      std::make_shared<Prior<Pose>>(key, known.motion, Noise::covariance(known.covariance)));
+}
+
+}  // namespace
+
+template <class Pose>
+Uncertain<Pose> relation_of(Key a, Key b, const IncrementalSmoother& smoother) {
+  const Pose motion = smoother.values().at<Pose>(a).between(smoother.values().at<Pose>(b));
+  Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
+  J << -motion.inverse().adjoint(), Pose::Jacobian::Identity();
+  return {motion, smoother.joint_covariance({a, b}, J)};
+}
+
+template Uncertain<SE2> relation_of(Key, Key, const IncrementalSmoother&);
+template Uncertain<SE3> relation_of(Key, Key, const IncrementalSmoother&);
+
+template <class Pose>
+void ClosureGraph<Pose>::adopt(std::vector<Uncertain<Pose>> places, const Uncertain<Pose>& start) {
+  places_ = std::move(places);
+  start_ = start;
+}
+
+template <class Pose>
+void ClosureGraph<Pose>::begin() {
+  Delta change;
+  insert_known(key_of_pose(0), start_, change);
+  selection_.update(change);
+}
+
+template <class Pose>
+Delta ClosureGraph<Pose>::step(std::size_t next, const Pose& initial,
+                               const std::vector<Motion>& motions) const {
+  Delta change;
+  change.values.insert(key_of_pose(next), initial);
+  for (const Motion& motion : motions) {
+    change.continuous.push_back(
+        motion_between(key_of_pose(motion.from), key_of_pose(next), motion.measured));
+  }
+  return change;
+}
+
+/// Known places become variables with their first closures.
+template <class Pose>
+void ClosureGraph<Pose>::add(Delta change, const std::vector<PlaceClosure<Pose>>& found) {
+  std::vector<ContinuousFactorPtr> factors;
+  Alternatives modes;
+  for (const PlaceClosure<Pose>& closure : found) {
+    const Key from = closure.is_known ? place_key(closure.from) : key_of_pose(closure.from);
+    if (closure.is_known && !selection_.smoother().values().contains(from) &&
+        !change.values.contains(from)) {
+      insert_known(from, places_[closure.from], change);
+    }
+    modes.add(closure.first_mode);
+    factors.push_back(motion_between(from, key_of_pose(closure.to), closure.pose));
+  }
+  closures_.reserve(closures_.size() + found.size());
+  selection_.update(change, factors, modes);
+  closures_.insert(closures_.end(), found.begin(), found.end());
+}
+
+template <class Pose>
+Pose ClosureGraph<Pose>::pose(std::size_t i) const {
+  return selection_.smoother().values().template at<Pose>(key_of_pose(i));
+}
+
+template <class Pose>
+Uncertain<Pose> ClosureGraph<Pose>::relation(std::size_t a, std::size_t b) const {
+  if (a == b) return {Pose(), Pose::Jacobian::Zero()};
+  return relation_of<Pose>(key_of_pose(a), key_of_pose(b), selection_.smoother());
+}
+
+template <class Pose>
+Uncertain<Pose> ClosureGraph<Pose>::from_place(std::size_t place, std::size_t pose) const {
+  const Uncertain<Pose> anchor{Pose(), places_[place].covariance};
+  const Uncertain<Pose> beside{places_[place].motion.between(this->pose(pose)),
+                               selection_.smoother().joint_covariance({key_of_pose(pose)})};
+  return anchor * beside;
+}
+
+template class ClosureGraph<SE2>;
+template class ClosureGraph<SE3>;
+
+}  // namespace hybrid

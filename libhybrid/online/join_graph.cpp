@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/online/join_graph.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/online/closure_graph.h"
+
+namespace hybrid {
+namespace {
+
+/// Smallest standard deviation of a place, such as of one that defines the frame [m, rad].
+constexpr double kLeastOfPlace = 1e-4;
+
+/// Of the frame of the second map in that of the first.
+const Key kMotionKey(key_letter::kPose, 0);
+
+Key key_of_first(std::size_t i) {
+  return {key_letter::kPose, (std::size_t{1} << 30) + i};
+}
+
+Key key_of_second(std::size_t k) {
+  return {key_letter::kPose, k + 1};
+}
+
+template <class Pose>
+Noise noise_of_place(const Uncertain<Pose>& place) {
+  return Noise::covariance(place.covariance +
+                           kLeastOfPlace * kLeastOfPlace * Pose::Jacobian::Identity());
+}
+
+}  // namespace
+
+template <class Pose>
+JoinGraph<Pose>::JoinGraph(std::vector<StoredPlace<Pose>> first,
+                           std::vector<StoredPlace<Pose>> second, const Uncertain<Pose>& motion,
+                           const typename Pose::Point& where, const Match& match,
+                           const Options& options)
+    : first_(std::move(first)), second_(std::move(second)) {
+  insert(kMotionKey, motion.motion,
+         std::make_shared<Prior<Pose>>(kMotionKey, motion.motion,
+                                       Noise::covariance(motion.covariance)));
+  std::vector<std::size_t> order(second_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto distance = [&](std::size_t k) {
+    return (second_[k].T_map_anchor.motion.translation() - where).norm();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+  for (const std::size_t k : order) add(k, match, options);
+  selection_.finish();
+}
+
+template <class Pose>
+void JoinGraph<Pose>::insert(Key key, const Pose& pose, ContinuousFactorPtr factor) {
+  Delta delta;
+  delta.values.insert(key, pose);
+  delta.continuous.push_back(std::move(factor));
+  selection_.update(delta);
+}
+
+template <class Pose>
+Uncertain<Pose> JoinGraph<Pose>::estimate(Key key) const {
+  return {
+      selection_.smoother().values().template at<Pose>(key),
+      selection_.smoother().joint_covariance({key}, Eigen::MatrixXd(Pose::Jacobian::Identity()))};
+}
+
+/// Places of the first map that may show what one of the second saw, the nearest ones.
+template <class Pose>
+std::vector<std::size_t> JoinGraph<Pose>::near(std::size_t k, const Options& options) const {
+  const Pose here = selection_.smoother().values().template at<Pose>(key_of_second(k));
+  const typename Pose::Point middle = here * second_[k].middle;
+  std::vector<std::pair<double, std::size_t>> all;
+  for (std::size_t i = 0; i < first_.size(); ++i) {
+    if (first_[i].is_empty) continue;
+    const double distance = (first_[i].T_map_anchor.motion * first_[i].middle - middle).norm();
+    if (distance < options.view) all.emplace_back(distance, i);
+  }
+  std::sort(all.begin(), all.end());
+  std::vector<std::size_t> out;
+  for (const auto& [distance, i] : all) {
+    if (static_cast<int>(out.size()) < options.most_maps) out.push_back(i);
+  }
+  return out;
+}
+
+/// Where a place of the second map is in one of the first, as known so far.
+template <class Pose>
+Uncertain<Pose> JoinGraph<Pose>::relation(std::size_t i, std::size_t k) const {
+  const Key key = key_of_second(k);
+  if (holds(key_of_first(i))) {
+    return relation_of<Pose>(key_of_first(i), key, selection_.smoother());
+  }
+  const Uncertain<Pose>& place = first_[i].T_map_anchor;
+  const Uncertain<Pose> here = estimate(key);
+  return Uncertain<Pose>{Pose(), place.covariance} *
+         Uncertain<Pose>{place.motion.between(here.motion), here.covariance};
+}
+
+/// Adds a place of the second map, and its matches.
+template <class Pose>
+void JoinGraph<Pose>::add(std::size_t k, const Match& match, const Options& options) {
+  const Uncertain<Pose>& place = second_[k].T_map_anchor;
+  const Key key = key_of_second(k);
+  const Pose motion = selection_.smoother().values().template at<Pose>(kMotionKey);
+  insert(key, motion * place.motion,
+         std::make_shared<Between<Pose>>(kMotionKey, key, place.motion, noise_of_place(place)));
+  if (second_[k].is_empty) return;
+  std::vector<ContinuousFactorPtr> found;
+  Alternatives modes;
+  for (const std::size_t i : near(k, options)) {
+    const std::size_t first_mode = found.size();
+    for (const Uncertain<Pose>& mode : match(i, k, relation(i, k))) {
+      if (!holds(key_of_first(i))) {
+        const Uncertain<Pose>& known = first_[i].T_map_anchor;
+        insert(key_of_first(i), known.motion,
+               std::make_shared<Prior<Pose>>(key_of_first(i), known.motion, noise_of_place(known)));
+      }
+      modes.add(first_mode);
+      found.push_back(std::make_shared<Between<Pose>>(key_of_first(i), key, mode.motion,
+                                                      Noise::covariance(mode.covariance)));
+    }
+  }
+  matches_ += found.size();
+  if (!found.empty()) selection_.update({}, found, modes);
+}
+
+template <class Pose>
+std::size_t JoinGraph<Pose>::accepted() const {
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < matches_; ++c) {
+    if (selection_.status(c) == ClosureStatus::kAccepted) ++count;
+  }
+  return count;
+}
+
+template <class Pose>
+Uncertain<Pose> JoinGraph<Pose>::motion() const {
+  return estimate(kMotionKey);
+}
+
+template <class Pose>
+std::vector<Uncertain<Pose>> JoinGraph<Pose>::first() const {
+  std::vector<Uncertain<Pose>> out;
+  for (std::size_t i = 0; i < first_.size(); ++i) {
+    out.push_back(holds(key_of_first(i)) ? estimate(key_of_first(i)) : first_[i].T_map_anchor);
+  }
+  return out;
+}
+
+template <class Pose>
+std::vector<Uncertain<Pose>> JoinGraph<Pose>::second() const {
+  std::vector<Uncertain<Pose>> out;
+  for (std::size_t k = 0; k < second_.size(); ++k) out.push_back(estimate(key_of_second(k)));
+  return out;
+}
+
+template class JoinGraph<SE2>;
+template class JoinGraph<SE3>;
+
+}  // namespace hybrid

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "libhybrid/geometry/uncertain_motion.h"
+#include "libhybrid/online/online_selection.h"
+
+namespace HYBRID_API hybrid {
+
+/// A stretch of a map, in the frame of its first pose, the anchor.
+template <class Pose>
+struct StoredPlace {
+  Uncertain<Pose> T_map_anchor;
+  typename Pose::Point middle = Pose::Point::Zero();  ///< of what was seen, in that frame
+  bool is_empty = false;                              ///< nothing was seen
+};
+
+/// Places of two maps, the motion between these, and matches of places of both, some of which may
+/// be false. The errors that the maps state count as independent.
+template <class Pose>
+class JoinGraph {
+ public:
+  /// All poses of place k of the second map in place i of the first that a search finds, where the
+  /// predicted one says.
+  using Match = std::function<std::vector<Uncertain<Pose>>(std::size_t i, std::size_t k,
+                                                           const Uncertain<Pose>& predicted)>;
+  struct Options {
+    double view = 0;    ///< distance of middles beyond which places are not matched [m]
+    int most_maps = 4;  ///< places of the first map that one of the second is matched with, at most
+  };
+
+  /// The second map is in the first at `motion`, as known at the place `where` of the second:
+  /// places near that are matched first.
+  JoinGraph(std::vector<StoredPlace<Pose>> first, std::vector<StoredPlace<Pose>> second,
+            const Uncertain<Pose>& motion, const typename Pose::Point& where, const Match& match,
+            const Options& options);
+
+  std::size_t matches() const { return matches_; }
+  std::size_t accepted() const;
+  /// Of the frame of the second map in that of the first.
+  Uncertain<Pose> motion() const;
+  /// Places of both in the frame of the first map.
+  std::vector<Uncertain<Pose>> first() const;
+  std::vector<Uncertain<Pose>> second() const;
+
+ private:
+  Uncertain<Pose> estimate(Key key) const;
+  bool holds(Key key) const { return selection_.smoother().values().contains(key); }
+  void insert(Key key, const Pose& pose, ContinuousFactorPtr factor);
+  std::vector<std::size_t> near(std::size_t k, const Options& options) const;
+  Uncertain<Pose> relation(std::size_t i, std::size_t k) const;
+  void add(std::size_t k, const Match& match, const Options& options);
+
+  std::vector<StoredPlace<Pose>> first_, second_;
+  OnlineSelection selection_;
+  std::size_t matches_ = 0;
+};
+
+extern template class JoinGraph<SE2>;
+extern template class JoinGraph<SE3>;
+
+}  // namespace hybrid
