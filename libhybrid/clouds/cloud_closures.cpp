@@ -4,6 +4,7 @@
 #include "libhybrid/clouds/cloud_closures.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -14,6 +15,9 @@ namespace {
 constexpr std::size_t kMostTargets = 20;
 /// Points of a stored cloud that tell how far it is.
 constexpr std::size_t kSamplePoints = 200;
+/// Standard deviations of closures that others have found [spacings], [rad].
+constexpr double kProposedSpacings = 5;
+constexpr double kProposedAngle = 0.1;
 
 }  // namespace
 
@@ -40,6 +44,11 @@ CloudClosure CloudClosureSearch::Query::closure(const CloudAlignment& mode,
   out.pose = {mode.pose, shared * (alignment_covariance(mode) + steps * walk)};
   out.inliers = mode.inliers;
   return out;
+}
+
+CloudClosureSearch::CloudClosureSearch(const CloudClosureOptions& options) : options_(options) {
+  std::stable_sort(options_.proposed.begin(), options_.proposed.end(),
+                   [](const ProposedClosure& a, const ProposedClosure& b) { return a.to < b.to; });
 }
 
 void CloudClosureSearch::store(std::vector<StoredCloud> clouds) {
@@ -146,6 +155,30 @@ void CloudClosureSearch::look_at_local_map(const Query& query, const LocalCloud&
   }
 }
 
+/// Tries what is proposed for the cloud of a query, where a complete local map has the other one.
+void CloudClosureSearch::look_at_proposed(const Query& query, const CloudTracker& tracker,
+                                          const Poses& poses, std::vector<CloudClosure>& closures) {
+  Matrix6 covariance = Matrix6::Identity();
+  covariance.topLeftCorner<3, 3>() *= std::pow(kProposedSpacings * query.spacing, 2);
+  covariance.bottomRightCorner<3, 3>() *= kProposedAngle * kProposedAngle;
+  for (const ProposedClosure& proposed : options_.proposed) {
+    if (proposed.to != query.cloud) continue;
+    const std::vector<LocalCloud>& maps = tracker.local_maps();
+    for (std::size_t m = 0; m + 1 < maps.size(); ++m) {
+      const LocalCloud& map = maps[m];
+      const bool has_it =
+          proposed.from >= map.anchor && proposed.from < map.anchor + map.poses.size();
+      if (!has_it || map.points.empty()) continue;
+      const UncertainMotion3 predicted{map.poses[proposed.from - map.anchor] * proposed.pose,
+                                       covariance};
+      look_at_local_map(
+          query, map, {false, m}, poses, [&](std::size_t, std::size_t) { return predicted; },
+          closures);
+      break;
+    }
+  }
+}
+
 void CloudClosureSearch::look_at_stored(const Query& query, const TargetName& name,
                                         const Relation& relation,
                                         std::vector<CloudClosure>& closures) {
@@ -187,9 +220,13 @@ std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker
                                                      const Poses& poses, const Relation& relation,
                                                      const Relation& stored) {
   std::vector<CloudClosure> closures;
-  if (tracker.surfaces() == nullptr || options_.most_maps == 0) return closures;
+  if (tracker.surfaces() == nullptr) return closures;
   const double way = tracker.local_maps().back().travelled.back();
-  if (way < next_) return closures;
+  const bool is_proposed =
+      std::any_of(options_.proposed.begin(), options_.proposed.end(),
+                  [&](const ProposedClosure& p) { return p.to + 1 == tracker.clouds(); });
+  if (is_proposed) look_at_proposed(present_query(tracker, relation), tracker, poses, closures);
+  if (way < next_ || options_.most_maps == 0) return closures;
   next_ = way + options_.every * tracker.reach();
   const std::vector<TargetName> near = candidates(tracker, poses);
   const std::vector<TargetName> near_stored =

@@ -15,15 +15,22 @@
 
 namespace HYBRID_API hybrid {
 
+/// A closure that others have found, to be tried from its pose.
+struct ProposedClosure {
+  std::size_t from = 0, to = 0;  ///< clouds; the second one is later
+  SE3 pose;                      ///< of `to` in the frame of `from`
+};
+
 /// Lengths are shares of the reach of the sensor, see reach_of().
 struct CloudClosureOptions {
-  double every = 0.5;              ///< way between searches
-  double view = 1;                 ///< distance at which places share surfaces
-  double max_reach = 2;            ///< half the width of the window of a search, at most
-  double max_turn = 0.8;           ///< and of its angle about the vertical, at most [rad]
-  int most_maps = 4;               ///< local maps searched for one cloud, at most
-  double min_inliers = 0.5;        ///< modes of a smaller share are left out
-  std::size_t most_points = 2000;  ///< that are matched, evenly chosen
+  double every = 0.5;                     ///< way between searches
+  double view = 1;                        ///< distance at which places share surfaces
+  double max_reach = 2;                   ///< half the width of the window of a search, at most
+  double max_turn = 0.8;                  ///< and of its angle about the vertical, at most [rad]
+  int most_maps = 4;                      ///< local maps searched for one cloud, at most
+  double min_inliers = 0.5;               ///< modes of a smaller share are left out
+  std::size_t most_points = 2000;         ///< that are matched, evenly chosen
+  std::vector<ProposedClosure> proposed;  ///< in any order
 };
 
 /// A relative pose between clouds of different times, or of a stored cloud and a cloud.
@@ -47,13 +54,14 @@ class CloudClosureSearch {
   /// Estimate of the pose of cloud b in the frame of a.
   using Relation = std::function<UncertainMotion3(std::size_t a, std::size_t b)>;
 
-  explicit CloudClosureSearch(const CloudClosureOptions& options = {}) : options_(options) {}
+  explicit CloudClosureSearch(const CloudClosureOptions& options = {});
 
   /// Clouds of earlier drives to search, too, in the frame of the estimates.
   void store(std::vector<StoredCloud> clouds);
   const std::vector<StoredCloud>& stored() const { return stored_; }
 
-  /// All modes of each place; none while the way since the last search is short. `stored` tells the
+  /// All modes of each place; none while the way since the last search is short and nothing is
+  /// proposed. `stored` tells the
   /// pose of a cloud b in the frame of the stored cloud a.
   std::vector<CloudClosure> search(const CloudTracker& tracker, const Poses& poses,
                                    const Relation& relation, const Relation& stored = {});
@@ -82,6 +90,8 @@ class CloudClosureSearch {
   void look_at_local_map(const Query& query, const LocalCloud& map, const TargetName& name,
                          const Poses& poses, const Relation& relation,
                          std::vector<CloudClosure>& closures);
+  void look_at_proposed(const Query& query, const CloudTracker& tracker, const Poses& poses,
+                        std::vector<CloudClosure>& closures);
   void look_at_stored(const Query& query, const TargetName& name, const Relation& relation,
                       std::vector<CloudClosure>& closures);
 

@@ -80,6 +80,15 @@ Eigen::Matrix3d planar_part(const Matrix6d& covariance) {
   return part;
 }
 
+Matrix6d usual_motion_covariance(double length, double turn) {
+  constexpr double kOfMotion = 0.05;                                  // shares of the motion
+  constexpr double kLeastTranslation = 0.02, kLeastRotation = 0.005;  // m, rad
+  Eigen::Matrix<double, 6, 1> sigmas;
+  sigmas << Eigen::Vector3d::Constant(kLeastTranslation + kOfMotion * length),
+      Eigen::Vector3d::Constant(kLeastRotation + kOfMotion * turn);
+  return sigmas.cwiseAbs2().asDiagonal();
+}
+
 mrpt::poses::CPose3DPDFGaussian pose_pdf(const mrpt::poses::CPose3D& mean,
                                          const Matrix6d& covariance) {
   const Matrix6d J = euler_from_tangent(mean);

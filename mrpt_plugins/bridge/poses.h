@@ -45,6 +45,10 @@ Matrix6d planar_to_6d(const Eigen::Matrix3d& covariance);
 /// The entries at kPlanarIndices.
 Eigen::Matrix3d planar_part(const Matrix6d& covariance);
 
+/// Covariance of a motion by odometry whose errors nobody states, by its length [m] and turn [rad],
+/// in the tangent.
+Matrix6d usual_motion_covariance(double length, double turn);
+
 /// The Gaussian over MRPT's coordinates of a tangent covariance: the inverse of
 /// tangent_covariance().
 mrpt::poses::CPose3DPDFGaussian pose_pdf(const mrpt::poses::CPose3D& mean,

@@ -8,7 +8,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/error.h"
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/text_reader.h"
+#include "libhybrid/pose_graph/pose_graph.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/import/detail/camera.h"
 
@@ -18,7 +23,7 @@ namespace {
 constexpr std::size_t kTum = 8, kKitti = 12, kMatrix = 16, kNumberedMatrix = 17, kMatrixLine = 4;
 constexpr const char* kForms =
     "8 columns (TUM: time x y z qx qy qz qw), 12 (KITTI: a 3x4 matrix), 16 (a 4x4 matrix), 17 (a "
-    "number and a 4x4 matrix), or four rows of 4 (a 4x4 matrix)";
+    "number and a 4x4 matrix), or four rows of 4 (a 4x4 matrix), or they are those of a g2o file";
 
 /// Columns of a row without an empty one behind a comma at its end.
 std::size_t columns_of(const TextRow& row) {
@@ -75,11 +80,30 @@ std::vector<PoseRow> read_tum_rows(const std::string& path) {
   return poses;
 }
 
+bool is_of_g2o(std::string_view word) {
+  return word.substr(0, 7) == "VERTEX_" || word.substr(0, 5) == "EDGE_";
+}
+
+std::vector<PoseRow> read_graph_rows(const std::string& path) {
+  const PoseGraph graph = read_graph(path);
+  if (graph.poses3.empty()) throw Error(path + ": has no edges between poses in space");
+  const Values poses = initialize_from_odometry(graph);
+  std::vector<PoseRow> rows;
+  std::vector<Key> keys = poses.keys();
+  std::sort(keys.begin(), keys.end());
+  for (const Key key : keys) {
+    if (poses.type(key) != Variable<SE3>::type()) continue;
+    rows.push_back({std::nullopt, to_mrpt(to_isometry(poses.at<SE3>(key)))});
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<PoseRow> read_pose_rows(const std::string& path) {
   TextReader table(path);
   TextRow row = table.next().value();
+  if (is_of_g2o(row[0])) return read_graph_rows(path);
   const std::size_t columns = columns_of(row);
   if (columns == kTum) return read_tum_rows(path);
   if (columns != kKitti && columns != kMatrix && columns != kNumberedMatrix &&

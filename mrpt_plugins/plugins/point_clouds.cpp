@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/geometry/isometry.h"
+#include "libhybrid/io/read_graph.h"
+#include "libhybrid/pose_graph/pose_graph.h"
+#include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/input/clouds.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 
@@ -20,17 +24,9 @@ HYBRID_REGISTER_PLUGIN(PointClouds, hybrid)
 namespace hybrid {
 namespace {
 
-/// Errors of odometry where the map does not tell them before it is solved: shares of the motion,
-/// and at least [m], [rad].
-constexpr double kOfMotion = 0.05;
-constexpr double kLeastTranslation = 0.02;
-constexpr double kLeastRotation = 0.005;
-
+/// Of odometry where the map does not tell it before it is solved.
 Matrix6 usual_covariance(const SE3& motion) {
-  Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kLeastTranslation + kOfMotion * motion.translation().norm()),
-      Eigen::Vector3d::Constant(kLeastRotation + kOfMotion * motion.rotation().log().norm());
-  return sigmas.cwiseAbs2().asDiagonal();
+  return usual_motion_covariance(motion.translation().norm(), motion.rotation().log().norm());
 }
 
 ContinuousFactorPtr factor_of(Key from, Key to, const UncertainMotion3& motion) {
@@ -46,6 +42,26 @@ PointCloud clouds_of(const Frame& frame, DropReport& dropped) {
     if (!cloud) continue;
     if (out.points.empty()) out.sensor = cloud->sensor;
     out.points.insert(out.points.end(), cloud->points.begin(), cloud->points.end());
+  }
+  return out;
+}
+
+/// Edges of a graph between poses that do not follow each other; its poses count clouds.
+std::vector<ProposedClosure> closures_of(const std::string& path) {
+  const PoseGraph graph = read_graph(path);
+  std::set<Key> poses;
+  for (const GraphEdge<SE3>& edge : graph.poses3) poses.insert({edge.from, edge.to});
+  std::map<Key, std::size_t> cloud;
+  for (const Key key : poses) cloud.emplace(key, cloud.size());
+  std::vector<ProposedClosure> out;
+  for (const GraphEdge<SE3>& edge : graph.poses3) {
+    const std::size_t from = cloud.at(edge.from), to = cloud.at(edge.to);
+    if (from + 1 == to || to + 1 == from) continue;
+    if (from < to) {
+      out.push_back({from, to, edge.measured});
+    } else {
+      out.push_back({to, from, edge.measured.inverse()});
+    }
   }
   return out;
 }
@@ -76,6 +92,12 @@ void PointClouds::configure(IniSection section) {
                                    "how far from where they should be such places are searched, at "
                                    "most, in reaches",
                                    IniRange{0.01, 1e3});
+  const std::string candidates =
+      section.path("candidates", "",
+                   "g2o file with a pose for each cloud, whose edges between poses that do not "
+                   "follow each other "
+                   "are tried as closures, besides those that are found");
+  if (!candidates.empty()) closures.proposed = closures_of(candidates);
 }
 
 std::vector<std::string> PointClouds::observation_classes() const {

@@ -10,7 +10,12 @@
 #include <mrpt/obs/CActionRobotMovement3D.h>
 #include <mrpt/obs/CSensoryFrame.h>
 
+#include <Eigen/Geometry>
+#include <optional>
+#include <utility>
+
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mrpt_version.h"
 
 namespace hybrid {
@@ -68,6 +73,12 @@ LogObject convert(const CActionCollection& actions) {
   return out;
 }
 
+/// A motion between keyframes, whose errors nobody states.
+mrpt::poses::CPose3DPDFGaussian with_usual_errors(const mrpt::poses::CPose3D& motion) {
+  const Eigen::Matrix3d R = motion.getRotationMatrix().asEigen();
+  return pose_pdf(motion, usual_motion_covariance(motion.norm(), Eigen::AngleAxisd(R).angle()));
+}
+
 LogObject convert(const CSensoryFrame& frame, bool points) {
   LoggedFrame out;
   for (const CObservation::Ptr& entry : frame) out.observations.push_back(convert(entry, points));
@@ -83,6 +94,27 @@ std::vector<TPoint3Df> points_of(const CPointsMap& map) {
   points.reserve(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i], z[i]);
   return points;
+}
+
+std::vector<LogObject> keyframes_of(const CSimpleMap& map) {
+  std::vector<LogObject> out;
+  std::optional<mrpt::poses::CPose3D> before;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    mrpt::poses::CPose3DPDF::ConstPtr known;
+    CSensoryFrame::ConstPtr seen;
+    map.get(i, known, seen);
+    if (!known || !seen) throw Error("a keyframe of a simple map is missing");
+    const mrpt::poses::CPose3D pose = known->getMeanVal();
+    if (before) {
+      LoggedActions actions;
+      if (!seen->empty() && *seen->begin()) actions.time = (*seen->begin())->timestamp;
+      actions.motion = with_usual_errors(pose - *before);
+      out.emplace_back(std::move(actions));
+    }
+    before = pose;
+    out.push_back(convert(*seen, false));
+  }
+  return out;
 }
 
 LogObject convert_object(const mrpt::serialization::CSerializable::Ptr& object, bool points) {

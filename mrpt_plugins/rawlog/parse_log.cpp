@@ -108,12 +108,22 @@ class Parser {
     give_(ParsingClass{class_name});
   }
 
+  /// A simple map is a log of its keyframes, unless points are wanted.
+  void give_object(const mrpt::serialization::CSerializable::Ptr& object) {
+    const auto* map = dynamic_cast<const mrpt::maps::CSimpleMap*>(object.get());
+    if (map == nullptr || request_.points) {
+      give_(convert_object(object, request_.points));
+      return;
+    }
+    for (const LogObject& part : keyframes_of(*map)) give_(part);
+  }
+
   /// The end, if the object cannot be parsed.
   std::optional<LogEnd> parse_object() {
     announce(bytes_.next_class());
     try {
       const auto archive = mrpt::serialization::archiveUniquePtrFrom<mrpt::io::CStream>(bytes_);
-      give_(convert_object(archive->ReadObject(), request_.points));
+      give_object(archive->ReadObject());
     } catch (const std::exception& e) {
       const std::string what = e.what();
       if (what.find("std::bad_alloc") != std::string::npos) throw std::bad_alloc();

@@ -51,8 +51,6 @@ class CloudLogTest : public ReplayTest {
   std::string truth_of(const std::string& name) const {
     return " --truth-path " + at(name + "_ground_truth_robot_path.txt");
   }
-
- private:
   static std::string row(double time, const SE3& pose) {
     const Eigen::Vector3d& t = pose.translation();
     const Eigen::Quaterniond& q = pose.rotation().quaternion();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <mrpt/maps/CPointsMap.h>
+#include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/serialization/CSerializable.h>
 
 #include <vector>
@@ -17,6 +18,10 @@ namespace hybrid {
 /// are told where they are asked for: of observations, of points maps and of CSimpleMap. Throws
 /// Error for an object with nothing where something must be, and what MRPT throws.
 LogObject convert_object(const mrpt::serialization::CSerializable::Ptr& object, bool points);
+
+/// The keyframes of a simple map as a log has them: what each saw, and before that, but for the
+/// first, the motion to it from the one before, whose errors are those of odometry.
+std::vector<LogObject> keyframes_of(const mrpt::maps::CSimpleMap& map);
 
 /// All points of a map, in its frame.
 std::vector<mrpt::math::TPoint3Df> points_of(const mrpt::maps::CPointsMap& map);
