@@ -8,7 +8,8 @@
   street     house fronts, poles and parked cars along a loop around four blocks, which is driven twice
 
 Written to DIR: 00000.bin and so on (x y z intensity, 32 bits each, in the frame of the sensor: x ahead, y to the left, z up), and
-odometry.txt and truth.txt, poses of the sensor as rows of TUM (time x y z qx qy qz qw). The same options give the same files. Import by
+odometry.txt and truth.txt, poses of the sensor as rows of TUM (time x y z qx qy qz qw). The same options give the same files. With --sweep, the
+lidar turns once around while it moves on: 00000.pcd and so on, with the time of each point after that of its pose. Import by
 
   hybrid-import clouds DIR --odometry DIR/odometry.txt --truth DIR/truth.txt -o DIR.rawlog
 """
@@ -60,17 +61,18 @@ def poses_along(world, count):
 
 
 def cast(world, position, rays, most):
-    """Distances along rays (3 rows) to the nearest box; infinite beyond `most`."""
+    """Distances along rays (3 rows) from a position, or one for each, to the nearest box; infinite beyond `most`."""
+    position = np.reshape(position, (3, -1))
     nearest = np.full(rays.shape[1], np.inf)
     for middle, half, turn in zip(world.middles, world.halves, world.turns):
-        from_middle, local = position - middle, rays
-        if np.linalg.norm(np.maximum(np.abs(from_middle) - np.linalg.norm(half), 0)) > most:
+        from_middle, local = position - middle[:, None], rays
+        if np.linalg.norm(np.maximum(np.abs(from_middle[:, 0]) - np.linalg.norm(half), 0)) > most:
             continue
         if turn is not None:
             from_middle, local = turn.T @ from_middle, turn.T @ rays
         with np.errstate(divide="ignore", invalid="ignore"):
-            a = (-half - from_middle)[:, None] / local
-            b = (half - from_middle)[:, None] / local
+            a = (-half[:, None] - from_middle) / local
+            b = (half[:, None] - from_middle) / local
         enters, leaves = np.minimum(a, b).max(axis=0), np.maximum(a, b).min(axis=0)
         hit = (enters > 0) & (enters <= leaves)
         nearest[hit] = np.minimum(nearest[hit], enters[hit])
@@ -84,6 +86,30 @@ def rotation(vector):
     x, y, z = vector / max(angle, 1e-12)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+
+
+def log(R):
+    """The rotation vector of a rotation by less than half a turn."""
+    sine = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    length = np.linalg.norm(sine)
+    return sine * (math.atan2(length, (np.trace(R) - 1) / 2) / max(length, 1e-12))
+
+
+def swept(positions, rotations, i, own, shares):
+    """Positions and directions of rays, of which each column is cast after a share of the way to the next pose."""
+    a, b = max(min(i, len(positions) - 2), 0), max(min(i + 1, len(positions) - 1), 1)
+    step, turn = positions[b] - positions[a], log(rotations[a].T @ rotations[b])
+    R = np.stack([rotations[i] @ rotation(share * turn) for share in shares])
+    columns = own.reshape(3, -1, len(shares))
+    rays = np.einsum("cij,jrc->irc", R, columns).reshape(3, -1)
+    at = positions[i][:, None] + step[:, None] * shares
+    return np.broadcast_to(at[:, None, :], columns.shape).reshape(3, -1), rays
+
+
+def write_pcd(path, points, times):
+    header = (f"VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH {len(times)}\nHEIGHT 1\nPOINTS {len(times)}\n"
+              "DATA binary\n")
+    path.write_bytes(header.encode() + np.column_stack([points.T, times]).astype("<f4").tobytes())
 
 
 def drifting(rng, positions, rotations, noise):
@@ -113,13 +139,21 @@ def make(folder, options):
     odometry = drifting(rng[1], positions, rotations, options.odometry_noise)
     up, around = np.meshgrid(np.linspace(LOWEST, HIGHEST, options.rings), np.linspace(-math.pi, math.pi, options.columns, endpoint=False), indexing="ij")
     rays = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)]).reshape(3, -1)
+    times = np.tile(np.arange(options.columns) * options.sweep / options.columns, options.rings)
     folder.mkdir(parents=True, exist_ok=True)
     count = 0
     for i, (position, R) in enumerate(zip(positions, rotations)):
-        ranges = cast(world, position, R @ rays, options.max_range)
+        if options.sweep:
+            position, directions = swept(positions, rotations, i, rays, times[:options.columns] / PERIOD)
+        else:
+            directions = R @ rays
+        ranges = cast(world, position, directions, options.max_range)
         seen = np.isfinite(ranges) & (rng[2].random(len(ranges)) >= DROPPED)
         points = rays[:, seen] * (ranges[seen] + options.range_noise * rng[2].normal(size=np.count_nonzero(seen)))
-        np.column_stack([points.T, np.full(points.shape[1], 0.5)]).astype("<f4").tofile(folder / f"{i:05}.bin")
+        if options.sweep:
+            write_pcd(folder / f"{i:05}.pcd", points, times[seen])
+        else:
+            np.column_stack([points.T, np.full(points.shape[1], 0.5)]).astype("<f4").tofile(folder / f"{i:05}.bin")
         count += points.shape[1]
     for name, poses in (("truth.txt", zip(positions, rotations)), ("odometry.txt", odometry)):
         (folder / name).write_text("".join(tum(PERIOD * i, *pose) for i, pose in enumerate(poses)), encoding="utf-8")
@@ -135,6 +169,7 @@ def main():
     parser.add_argument("--clouds", type=int, default=0, help="along the whole path; 0: one each 0.7 m, 1.5 m in a street")
     parser.add_argument("--rings", type=int, default=32, help="from 25 degrees down to 15 degrees up")
     parser.add_argument("--columns", type=int, default=600, help="of a ring")
+    parser.add_argument("--sweep", type=float, default=0.0, metavar="S", help=f"time in which the lidar turns once, of {PERIOD} between clouds; 0: at once")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--range-noise", type=float, default=0.02, help="sigma [m]")
     parser.add_argument("--max-range", type=float, default=60.0, help="[m]")

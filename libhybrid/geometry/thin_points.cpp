@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <unordered_set>
 #include <utility>
 
@@ -30,16 +31,16 @@ struct HashOfVoxel {
 };
 
 /// The first point in each voxel; one more than `most` where there are more.
-Points first_points(const Points& points, const Eigen::Vector3d& origin, int edge,
-                    std::size_t most) {
+std::vector<std::size_t> first_points(const Points& points, const Eigen::Vector3d& origin, int edge,
+                                      std::size_t most) {
   const double length = kLeastEdge * std::exp2(static_cast<double>(edge) / kOctave);
   std::unordered_set<Voxel, HashOfVoxel> taken;
   taken.reserve(most + 1);
-  Points kept;
-  for (const Eigen::Vector3d& point : points) {
-    const Eigen::Vector3d place = (point - origin) / length;
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d place = (points[i] - origin) / length;
     if (!taken.insert(place.array().floor().matrix().cast<std::int64_t>()).second) continue;
-    kept.push_back(point);
+    kept.push_back(i);
     if (kept.size() > most) break;
   }
   return kept;
@@ -47,17 +48,21 @@ Points first_points(const Points& points, const Eigen::Vector3d& origin, int edg
 
 }  // namespace
 
-Points thin_points(const Points& points, std::size_t most) {
-  if (points.size() <= most) return points;
+std::vector<std::size_t> thin_points(const Points& points, std::size_t most) {
+  if (points.size() <= most) {
+    std::vector<std::size_t> all(points.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
+  }
   if (most == 0) return {};
   Eigen::Vector3d origin = points.front();
   for (const Eigen::Vector3d& point : points) origin = origin.cwiseMin(point);
   // At the largest edge, all points are in one voxel.
-  Points best{points.front()};
+  std::vector<std::size_t> best{0};
   int too_small = -1, fits = kEdges;
   while (fits - too_small > 1) {
     const int edge = too_small + (fits - too_small) / 2;
-    Points kept = first_points(points, origin, edge, most);
+    std::vector<std::size_t> kept = first_points(points, origin, edge, most);
     if (kept.size() > most) {
       too_small = edge;
     } else {

@@ -3,14 +3,15 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "libhybrid/geometry/points.h"
 
 namespace HYBRID_API hybrid {
 
-/// At most `most` of the points, all where they are no more: the first in each voxel, in their
-/// order. The voxels are as small as that allows, of edges a factor of 2^(1/8) apart, from 1 mm on,
-/// and begin at the least coordinates of the cloud. All points are finite.
-Points thin_points(const Points& points, std::size_t most);
+/// Indices of at most `most` of the points, of all where they are no more: of the first in each
+/// voxel, in their order. The voxels are as small as that allows, of edges a factor of 2^(1/8)
+/// apart, from 1 mm on, and begin at the least coordinates of the cloud. All points are finite.
+std::vector<std::size_t> thin_points(const Points& points, std::size_t most);
 
 }  // namespace hybrid

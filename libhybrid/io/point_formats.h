@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstddef>
+#include <string_view>
 
+#include "libhybrid/io/binary_number.h"
 #include "libhybrid/io/read_points.h"
 #include "libhybrid/io/text_reader.h"
 
@@ -17,6 +19,16 @@ void add_point(PointFile& file, const TextRow& row, const std::array<std::size_t
 
 /// The same for a point of binary data; throws Error beginning with `where`.
 void add_point(PointFile& file, const Eigen::Vector3d& point, const std::string& where);
+
+/// Whether a field of this name holds the time of a point.
+bool is_time_field(std::string_view name);
+
+/// Adds the time of the point that was added last, unless that was left out: a floating number in
+/// seconds, a whole one in nanoseconds.
+void add_time(PointFile& file, double value, BinaryNumber type);
+
+/// The same for a word of a row; throws Error where it is no number.
+void add_time(PointFile& file, const TextRow& row, std::size_t i, BinaryNumber type);
 
 PointFile read_ply(const std::string& path);
 PointFile read_pcd(const std::string& path);

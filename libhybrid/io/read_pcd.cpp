@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libhybrid/io/binary_number.h"
@@ -79,11 +80,16 @@ PcdHeader read_pcd_header(TextReader& text) {
   text.fail("not a PCD file: it has no DATA line");
 }
 
-/// Where x, y and z are among the values of a point, and in its bytes.
+/// Where a field is among the values of a point, and in its bytes.
+struct PcdField {
+  std::size_t column = 0;
+  std::size_t offset = 0;  // of data that is not text
+  BinaryNumber type;
+};
+
 struct PcdLayout {
-  std::array<std::size_t, 3> columns{};
-  std::array<std::size_t, 3> offsets{};  // of data that is not text
-  std::array<BinaryNumber, 3> types{};
+  std::array<PcdField, 3> xyz;
+  std::optional<PcdField> time;
   std::size_t values = 0, bytes = 0;  // of a point
 };
 
@@ -101,6 +107,18 @@ BinaryNumber scalar_of(const TextReader& text, const PcdHeader& header, std::siz
   return {bytes, type == 'F' ? 'f' : type == 'I' ? 'i' : 'u'};
 }
 
+/// Seconds where the header does not say; nothing for a type that no time has.
+std::optional<BinaryNumber> time_type(const PcdHeader& header, std::size_t field) {
+  const std::size_t count = header.fields.size();
+  if (header.sizes.size() != count || header.types.size() != count) return BinaryNumber{8, 'f'};
+  const int bytes = header.sizes[field];
+  const char type = header.types[field];
+  if (type == 'F' && (bytes == 4 || bytes == 8)) return BinaryNumber{bytes, 'f'};
+  const bool is_whole = (type == 'I' || type == 'U') && (bytes == 4 || bytes == 8);
+  if (!is_whole) return std::nullopt;
+  return BinaryNumber{bytes, type == 'I' ? 'i' : 'u'};
+}
+
 PcdLayout layout_of(const TextReader& text, const PcdHeader& header) {
   const std::size_t count = header.fields.size();
   if (!header.counts.empty() && header.counts.size() != count) {
@@ -116,10 +134,13 @@ PcdLayout layout_of(const TextReader& text, const PcdHeader& header) {
     const std::size_t values = header.counts.empty() ? 1 : header.counts[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (values != 1 || header.fields[i] != std::string(1, "xyz"[axis])) continue;
-      layout.columns[axis] = layout.values;
-      layout.offsets[axis] = layout.bytes;
-      if (!is_text) layout.types[axis] = scalar_of(text, header, i);
+      layout.xyz[axis] = {layout.values, layout.bytes, {}};
+      if (!is_text) layout.xyz[axis].type = scalar_of(text, header, i);
       found[axis] = true;
+    }
+    if (values == 1 && !layout.time && is_time_field(header.fields[i])) {
+      const std::optional<BinaryNumber> type = time_type(header, i);
+      if (type) layout.time = PcdField{layout.values, layout.bytes, *type};
     }
     layout.values += values;
     if (!is_text) layout.bytes += values * static_cast<std::size_t>(header.sizes[i]);
@@ -139,7 +160,8 @@ void read_text(TextReader& text, const PcdHeader& header, const PcdLayout& layou
   for (std::int64_t read = 0; read < header.points; ++read) {
     if (!text.next(row)) fail_short(text, header, read);
     row.expect(layout.values, std::to_string(layout.values) + " values of a point");
-    add_point(file, row, layout.columns);
+    add_point(file, row, {layout.xyz[0].column, layout.xyz[1].column, layout.xyz[2].column});
+    if (layout.time) add_time(file, row, layout.time->column, layout.time->type);
   }
   if (text.next(row)) {
     row.fail("the header says " + std::to_string(header.points) + " points, but more follow");
@@ -154,9 +176,13 @@ void read_binary(TextReader& data, const PcdHeader& header, const PcdLayout& lay
     Eigen::Vector3d point;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       point[static_cast<Eigen::Index>(axis)] =
-          value_of(&raw[layout.offsets[axis]], layout.types[axis], false);
+          value_of(&raw[layout.xyz[axis].offset], layout.xyz[axis].type, false);
     }
     add_point(file, point, data.name());
+    if (layout.time) {
+      const PcdField& time = *layout.time;
+      add_time(file, value_of(&raw[time.offset], time.type, false), time.type);
+    }
   }
 }
 
@@ -171,14 +197,13 @@ void read_compressed(TextReader& data, const PcdHeader& header, const PcdLayout&
               std::to_string(raw.size()) + " bytes");
   }
   for (std::size_t i = 0; i < points; ++i) {
-    Eigen::Vector3d point;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const BinaryNumber type = layout.types[axis];
-      const std::size_t at =
-          points * layout.offsets[axis] + i * static_cast<std::size_t>(type.bytes);
-      point[static_cast<Eigen::Index>(axis)] = value_of(&raw[at], type, false);
-    }
-    add_point(file, point, data.name());
+    const auto value = [&](const PcdField& field) {
+      const std::size_t at = points * field.offset + i * static_cast<std::size_t>(field.type.bytes);
+      return value_of(&raw[at], field.type, false);
+    };
+    const auto& [x, y, z] = layout.xyz;
+    add_point(file, {value(x), value(y), value(z)}, data.name());
+    if (layout.time) add_time(file, value(*layout.time), layout.time->type);
   }
 }
 

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -106,6 +107,15 @@ std::array<std::size_t, 3> coordinates(const TextReader& text, const Element& el
   return places;
 }
 
+/// The property that holds the time of a vertex, if there is one.
+std::optional<std::size_t> time_property(const Element& element) {
+  for (std::size_t i = 0; i < element.properties.size(); ++i) {
+    const Property& property = element.properties[i];
+    if (property.length.bytes == 0 && is_time_field(property.name)) return i;
+  }
+  return std::nullopt;
+}
+
 [[noreturn]] void fail_short(const TextReader& text, const Element& element, std::int64_t read) {
   text.fail("the header says " + std::to_string(element.count) + " of element " +
             in_quotes(element.name) + ", the file ends after " + std::to_string(read));
@@ -128,6 +138,7 @@ std::vector<std::size_t> first_words(const TextRow& row, const Element& element)
 void read_text(TextReader& text, const Element& element, PointFile* file) {
   const std::array<std::size_t, 3> xyz =
       file != nullptr ? coordinates(text, element) : std::array<std::size_t, 3>{};
+  const std::optional<std::size_t> time = time_property(element);
   if (element.properties.empty()) return;
   TextRow row;
   for (std::int64_t read = 0; read < element.count; ++read) {
@@ -135,7 +146,9 @@ void read_text(TextReader& text, const Element& element, PointFile* file) {
     const std::vector<std::size_t> first = first_words(row, element);
     row.expect(first.back(),
                std::to_string(first.back()) + " values of element " + in_quotes(element.name));
-    if (file != nullptr) add_point(*file, row, {first[xyz[0]], first[xyz[1]], first[xyz[2]]});
+    if (file == nullptr) continue;
+    add_point(*file, row, {first[xyz[0]], first[xyz[1]], first[xyz[2]]});
+    if (time) add_time(*file, row, first[*time], element.properties[*time].type);
   }
 }
 
@@ -161,17 +174,22 @@ bool take(TextReader& data, const Property& property, bool big_endian, double& v
 void read_binary(TextReader& data, bool big_endian, const Element& element, PointFile* file) {
   const std::array<std::size_t, 3> xyz =
       file != nullptr ? coordinates(data, element) : std::array<std::size_t, 3>{};
+  const std::optional<std::size_t> time = time_property(element);
   if (element.properties.empty()) return;
   for (std::int64_t row = 0; row < element.count; ++row) {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    double seen = 0;
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       double value = 0;
       if (!take(data, element.properties[i], big_endian, value)) fail_short(data, element, row);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (xyz[axis] == i) point[static_cast<Eigen::Index>(axis)] = value;
       }
+      if (time == i) seen = value;
     }
-    if (file != nullptr) add_point(*file, point, data.name());
+    if (file == nullptr) continue;
+    add_point(*file, point, data.name());
+    if (time) add_time(*file, seen, element.properties[*time].type);
   }
 }
 

@@ -16,6 +16,8 @@ namespace hybrid {
 namespace {
 
 constexpr std::array<std::string_view, 4> kPlain = {"xyz", "txt", "asc", "csv"};
+constexpr std::array<std::string_view, 4> kTimes = {"t", "time", "timestamp", "offset_time"};
+constexpr double kNanosecond = 1e-9;
 
 std::string extension(const std::string& path) {
   const std::size_t slash = path.find_last_of('/'), dot = path.find_last_of('.');
@@ -64,6 +66,21 @@ void add_point(PointFile& file, const Eigen::Vector3d& point, const std::string&
                 " has a coordinate beyond 1e15, the largest that is read");
   }
   file.points.push_back(point);
+}
+
+bool is_time_field(std::string_view name) {
+  return std::find(kTimes.begin(), kTimes.end(), name) != kTimes.end();
+}
+
+void add_time(PointFile& file, double value, BinaryNumber type) {
+  if (file.times.size() == file.points.size()) return;
+  file.times.push_back(type.kind == 'f' ? value : kNanosecond * value);
+}
+
+void add_time(PointFile& file, const TextRow& row, std::size_t i, BinaryNumber type) {
+  double value = 0;
+  if (!parse_number(row[i], value)) value = row.number(i);
+  add_time(file, value, type);
 }
 
 bool is_point_file(const std::string& path) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "libhybrid/geometry/points.h"
 
@@ -12,15 +13,18 @@ namespace HYBRID_API hybrid {
 /// The points of a file.
 struct PointFile {
   Points points;
+  /// When each was seen [s], NaN where that is not known; empty where the file has no times.
+  std::vector<double> times;
   std::size_t left_out = 0;  ///< points with a coordinate that is not finite
 };
 
 /// Reads x y z of a point cloud: .ply (text or binary), .pcd (text, binary or
 /// compressed), .xyz, .txt, .asc or .csv (rows
 /// of at least three columns, as many in each, cut as TextFormat::Cut::kCells; '#' begins a
-/// comment). Throws Error naming file and line if the file is missing, of another format,
-/// malformed, or has fewer or more points than its header says, or a coordinate beyond
-/// kLargestCoordinate.
+/// comment). Times of points are read of .ply and .pcd: a field t, time, timestamp or offset_time,
+/// in seconds where it is floating, in nanoseconds where it is whole. Throws Error naming file and
+/// line if the file is missing, of another format, malformed, or has fewer or more points than its
+/// header says, or a coordinate beyond kLargestCoordinate.
 PointFile read_points(const std::string& path);
 
 /// The same, but a file may hold no point, or none that is finite, as a scan that met nothing.

@@ -149,13 +149,18 @@ CloudFiles::CloudFiles(const CloudsOptions& options, bool are_images)
 CloudPoints CloudFiles::read(const std::string& path) {
   if (are_images_) return read_depths(path);
   PointFile file = extension_of(path) == ".bin" ? read_bin(path) : read_cloud(path);
-  CloudPoints cloud{std::move(file.points), file.left_out, 0};
-  if (options_.max_range > 0) {
-    const auto far = [&](const Eigen::Vector3d& p) { return p.norm() > options_.max_range; };
-    const auto end = std::remove_if(cloud.points.begin(), cloud.points.end(), far);
-    cloud.too_far = static_cast<std::size_t>(cloud.points.end() - end);
-    cloud.points.erase(end, cloud.points.end());
+  CloudPoints cloud{std::move(file.points), std::move(file.times), file.left_out, 0};
+  if (!(options_.max_range > 0)) return cloud;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.points[i].norm() > options_.max_range) continue;
+    cloud.points[kept] = cloud.points[i];
+    if (!cloud.times.empty()) cloud.times[kept] = cloud.times[i];
+    ++kept;
   }
+  cloud.too_far = cloud.points.size() - kept;
+  cloud.points.resize(kept);
+  cloud.times.resize(std::min(kept, cloud.times.size()));
   return cloud;
 }
 

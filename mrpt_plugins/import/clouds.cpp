@@ -6,12 +6,16 @@
 #include <fmt/format.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationPointCloud.h>
+#include <mrpt/obs/CObservationVelodyneScan.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
+#include "libhybrid/clouds/cloud_sweep.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/geometry/thin_points.h"
 #include "mrpt_plugins/bridge/interrupt.h"
@@ -28,20 +32,61 @@ using mrpt::poses::CPose3D;
 
 constexpr std::size_t kMostNoted = 3;  // clouds that cannot be read, each with its file
 
-mrpt::obs::CObservationPointCloud::Ptr observation_of(const Points& points, const char* label,
-                                                      const CPose3D& T_robot_sensor) {
+using Indices = std::vector<std::size_t>;
+
+mrpt::obs::CObservation::Ptr points_alone(const Points& points, const Indices& kept) {
   auto map = mrpt::maps::CSimplePointsMap::Create();
-  map->reserve(points.size());
-  for (const Eigen::Vector3d& p : points) {
-    map->insertPointFast(static_cast<float>(p.x()), static_cast<float>(p.y()),
-                         static_cast<float>(p.z()));
+  map->reserve(kept.size());
+  for (const std::size_t i : kept) {
+    const Eigen::Vector3f p = points[i].cast<float>();
+    map->insertPointFast(p.x(), p.y(), p.z());
   }
   map->mark_as_modified();
   auto out = mrpt::obs::CObservationPointCloud::Create();
-  out->sensorLabel = label;
-  out->sensorPose = T_robot_sensor;
   out->pointcloud = map;
   return out;
+}
+
+/// The class of MRPT whose points have times. `time` is that of the cloud, by which those of its
+/// points are relative [s].
+mrpt::obs::CObservation::Ptr points_with_times(const Points& points,
+                                               const std::vector<double>& times,
+                                               const Indices& kept, double time) {
+  const auto stamp = mrpt::Clock::fromDouble(time);
+  auto out = mrpt::obs::CObservationVelodyneScan::Create();
+  auto& cloud = out->point_cloud;
+  for (const std::size_t i : kept) {
+    const Eigen::Vector3f p = points[i].cast<float>();
+    cloud.x.push_back(p.x());
+    cloud.y.push_back(p.y());
+    cloud.z.push_back(p.z());
+    const std::chrono::duration<double> after(times[i]);
+    cloud.timestamp.push_back(std::isfinite(times[i])
+                                  ? stamp + std::chrono::round<mrpt::Clock::duration>(after)
+                                  : INVALID_TIMESTAMP);
+  }
+  cloud.intensity.resize(kept.size());  // MRPT expects one of each point
+  return out;
+}
+
+/// What the times of points are relative to: 0 where they are small, else the time of their cloud,
+/// or their first one where they are of another clock.
+double origin_of(const std::vector<double>& times, double time_of_cloud) {
+  std::vector<double> known;
+  std::copy_if(times.begin(), times.end(), std::back_inserter(known),
+               [](double time) { return std::isfinite(time); });
+  if (known.empty()) return 0;
+  const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+  std::nth_element(known.begin(), middle, known.end());
+  const double usual = *middle;
+  for (const double origin : {0.0, time_of_cloud}) {
+    if (std::abs(usual - origin) <= kLongestSweep) return origin;
+  }
+  double first = usual;
+  for (const double time : known) {
+    if (time > usual - kLongestSweep) first = std::min(first, time);
+  }
+  return first;
 }
 
 /// Poses of all clouds, or none of any; some are not known where poses are interpolated.
@@ -146,7 +191,7 @@ class CloudsImport {
   void add(std::size_t i, const CloudPoints& cloud) {
     const std::size_t most =
         options_.most_points > 0 ? options_.most_points : std::numeric_limits<std::size_t>::max();
-    const Points kept = thin_points(cloud.points, most);
+    const Indices kept = thin_points(cloud.points, most);
     points_ += cloud.points.size() + cloud.not_finite + cloud.too_far;
     kept_ += kept.size();
     if (cloud.not_finite > 0) log_.drop("point dropped: not finite", cloud.not_finite);
@@ -155,10 +200,34 @@ class CloudsImport {
     if (thinned > 0) log_.drop("point dropped: another one of its voxel is kept", thinned);
     if (kept.empty()) log_.drop("cloud kept without points: it has none");
     ImportedStep step{time_of(i), motion_to(i), {}, {}};
-    step.observations.push_back(
-        observation_of(kept, folder_.are_images ? "DEPTH" : "LIDAR", T_robot_sensor_));
+    const std::vector<double> times = times_of(cloud, step.time);
+    auto seen = times.empty() ? points_alone(cloud.points, kept)
+                              : points_with_times(cloud.points, times, kept, step.time);
+    seen->sensorLabel = folder_.are_images ? "DEPTH" : "LIDAR";
+    seen->setSensorPose(T_robot_sensor_);
+    step.observations.push_back(seen);
     if (!truth_.empty()) step.truth = truth_[i]->pose;
     log_.add(step);
+  }
+
+  /// Times of points relative to that of their cloud [s], NaN where one is not known; none where no
+  /// one is.
+  std::vector<double> times_of(const CloudPoints& cloud, double time) {
+    std::vector<double> times = cloud.times;
+    const double origin = origin_of(times, time);
+    has_other_clock_ = has_other_clock_ || (origin != 0 && origin != time);
+    std::size_t unknown = 0;
+    for (double& of_point : times) {
+      of_point -= origin;
+      if (std::abs(of_point) <= kLongestSweep) continue;
+      of_point = std::numeric_limits<double>::quiet_NaN();
+      ++unknown;
+    }
+    if (unknown > 0)
+      log_.drop("time of a point dropped: not within a second of its cloud", unknown);
+    if (unknown == times.size()) times.clear();
+    has_times_ = has_times_ || !times.empty();
+    return times;
   }
 
   double time_of(std::size_t i) const {
@@ -195,6 +264,12 @@ class CloudsImport {
                             options_.folder, folder_.others, folder_.another));
     }
     if (!folder_.are_images) log_.note("intensities and colours are not kept");
+    if (has_times_) log_.note("points have times");
+    if (has_other_clock_) {
+      log_.note(
+          "times of points are of another clock than those of clouds: the first point of each is "
+          "taken to be seen at the time of its cloud");
+    }
     for (const std::string& path : {options_.odometry, options_.truth}) {
       if (!path.empty()) log_.note_end(path);
     }
@@ -210,6 +285,7 @@ class CloudsImport {
   std::optional<CPose3D> last_;  // by odometry, at the last cloud that was kept
   std::size_t points_ = 0, kept_ = 0, unread_ = 0;
   std::string first_fault_;
+  bool has_times_ = false, has_other_clock_ = false;
 };
 
 }  // namespace

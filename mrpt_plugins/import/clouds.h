@@ -33,11 +33,12 @@ struct CloudsOptions {
 };
 
 /// Converts the clouds of a folder, in the natural order of their names, into a log in space with
-/// one step for each, a CObservationPointCloud "LIDAR" or "DEPTH". Clouds are KITTI's F.bin, F.pcd
-/// and F.ply in axes of a robot, or depth images F.png of 16 bits, which are turned into these
-/// axes. Poses are one for each cloud (detail/pose_rows.h tells their forms), and tell times where
-/// they have them. Where names are times, as 1305031102.160407.png, these are the order, and poses
-/// of another number are interpolated. One cloud at a time is in memory.
+/// one step for each, a CObservationPointCloud "LIDAR" or "DEPTH", or a CObservationVelodyneScan
+/// where points have times. Clouds are KITTI's F.bin, F.pcd and F.ply in axes of a robot, or depth
+/// images F.png of 16 bits, which are turned into these axes. Poses are one for each cloud
+/// (detail/pose_rows.h tells their forms), and tell times where they have them. Where names are
+/// times, as 1305031102.160407.png, these are the order, and poses of another number are
+/// interpolated. One cloud at a time is in memory.
 ///
 /// A cloud that cannot be read is dropped and counted, and noted with its file; one without points
 /// stays an empty one. Throws Error for a folder without clouds, and for another number of poses

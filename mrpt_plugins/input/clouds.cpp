@@ -4,12 +4,13 @@
 #include "mrpt_plugins/input/clouds.h"
 
 #include <mrpt/maps/CPointsMap.h>
-#include <mrpt/obs/CObservationPointCloud.h>
 
 #include <cmath>
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/mrpt_version.h"
+#include "mrpt_plugins/observations/logged_cloud.h"
 
 namespace hybrid {
 namespace {
@@ -39,13 +40,22 @@ std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, D
   }
   const Eigen::Isometry3f T = to_isometry(seen->sensorPose).cast<float>();
   PointCloud out;
+  out.stamp = seconds_of(seen->timestamp);
   out.sensor = T.translation();
   std::vector<float> x, y, z;
   seen->pointcloud->getAllPoints(x, y, z);
+  std::vector<float> times;
+  if (const auto* timed = dynamic_cast<const LoggedCloud*>(seen)) times = timed->times;
+  if (!times.empty() && times.size() != x.size()) {
+    ++report["times of a cloud dropped: they are not as many as its points"];
+    times.clear();
+  }
   out.points.reserve(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Eigen::Vector3f p(x[i], y[i], z[i]);
-    if (p.allFinite()) out.points.push_back(T * p);
+    if (!p.allFinite()) continue;
+    out.points.push_back(T * p);
+    if (!times.empty()) out.times.push_back(times[i]);
   }
   return out;
 }

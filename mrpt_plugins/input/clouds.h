@@ -13,9 +13,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// Points that a lidar or a depth camera saw, in the frame of the robot [m].
+/// Points that a lidar or a depth camera saw, in the frame that the robot had then [m].
 struct PointCloud {
   std::vector<Eigen::Vector3f> points;
+  /// When each was seen, relative to the stamp [s]; empty where that is not known, and not finite
+  /// for a point of which it is not.
+  std::vector<float> times;
+  double stamp = 0;                                  ///< [s] since 1970
   Eigen::Vector3f sensor = Eigen::Vector3f::Zero();  ///< where they were seen from
 };
 
@@ -25,7 +29,8 @@ bool is_cloud(const mrpt::obs::CObservation& observation);
 /// The cloud in a CObservationPointCloud; nothing for other classes.
 ///
 /// Dropped, and counted in `report` by reason: clouds whose points are in a file beside the log,
-/// that have none, or whose sensor pose is not finite or farther than 1 km from the robot.
+/// that have none, or whose sensor pose is not finite or farther than 1 km from the robot. Times
+/// of another number than the points are dropped and counted alone.
 std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, DropReport& report);
 
 }  // namespace hybrid

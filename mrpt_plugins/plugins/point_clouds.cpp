@@ -34,13 +34,23 @@ ContinuousFactorPtr factor_of(Key from, Key to, const UncertainMotion3& motion) 
                                         Noise::covariance(motion.covariance));
 }
 
-/// All clouds of a frame as one.
+/// All clouds of a frame as one, whose stamp is that of the first.
 PointCloud clouds_of(const Frame& frame, DropReport& dropped) {
   PointCloud out;
   for (const auto& observation : frame.observations) {
     auto cloud = cloud_in(*observation, dropped);
     if (!cloud) continue;
-    if (out.points.empty()) out.sensor = cloud->sensor;
+    if (out.points.empty()) {
+      out = std::move(*cloud);
+      continue;
+    }
+    const auto later = static_cast<float>(cloud->stamp - out.stamp);
+    for (float& time : cloud->times) time += later;
+    if (!cloud->times.empty() || !out.times.empty()) {
+      out.times.resize(out.points.size());  // 0: as if at the stamp
+      cloud->times.resize(cloud->points.size());
+    }
+    out.times.insert(out.times.end(), cloud->times.begin(), cloud->times.end());
     out.points.insert(out.points.end(), cloud->points.begin(), cloud->points.end());
   }
   return out;
@@ -138,7 +148,7 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
   Robot& robot = robots_.try_emplace(frame.robot, options_).first->second;
   robot.lost_odometry = robot.lost_odometry || !frame.has_odometry;
-  const PointCloud cloud = clouds_of(frame, out.dropped);
+  PointCloud cloud = clouds_of(frame, out.dropped);
   if (cloud.points.empty()) return out;
   if (!map.is_3d) {
     ++out.dropped["cloud dropped: the map is planar ([map] dimension)"];
@@ -146,7 +156,13 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   }
   TrackedCloud tracked;
   try {
-    tracked = robot.mapper.add(cloud.points, cloud.sensor, motion_to(robot, frame, map));
+    const std::optional<UncertainMotion3> odometry = motion_to(robot, frame, map);
+    const auto moved = odometry ? std::optional<SE3>(odometry->motion) : std::nullopt;
+    cloud.points =
+        deskewed(std::move(cloud.points), cloud.times, robot.velocity.at(cloud.stamp, moved));
+    tracked = robot.mapper.add(cloud.points, cloud.sensor, odometry);
+    robot.velocity.add(cloud.stamp,
+                       tracked.match ? std::optional(tracked.T_before_cloud) : std::nullopt);
     robot.keys.push_back(frame.pose);
   } catch (...) {
     robots_.erase(frame.robot);  // the next cloud begins anew

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/clouds/cloud_mapper.h"
+#include "libhybrid/clouds/cloud_sweep.h"
 #include "mrpt_plugins/mapping/closure_factors.h"
 #include "mrpt_plugins/mapping/cloud_follower.h"
 
@@ -45,6 +46,7 @@ class PointClouds : public MappingPlugin, public CloudFollower {
     CloudMapper mapper;
     std::vector<Key> keys;  // by cloud of the mapper
     ClosureFactors factors;
+    SweepVelocity velocity;
     bool lost_odometry = false;  // since the last frame with a cloud
   };
 

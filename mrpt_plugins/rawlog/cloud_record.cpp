@@ -8,10 +8,13 @@
 #include <mrpt/obs/CObservation3DRangeScan.h>
 #include <mrpt/obs/CObservationVelodyneScan.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/mrpt_version.h"
 #include "mrpt_plugins/rawlog/detail/convert_object.h"
 #include "mrpt_plugins/rawlog/observation_record.h"
 
@@ -19,6 +22,7 @@ namespace hybrid {
 namespace {
 
 using mrpt::maps::CSimplePointsMap;
+using mrpt::math::TPoint3Df;
 using mrpt::obs::CObservation;
 using mrpt::obs::CObservation3DRangeScan;
 using mrpt::obs::CObservationPointCloud;
@@ -35,30 +39,60 @@ bool is_kept_beside(const CObservation& observation) {
          (depth->rangeImage_isExternallyStored() || depth->points3D_isExternallyStored());
 }
 
-/// All points, in the frame of the sensor.
-std::vector<mrpt::math::TPoint3Df> points_seen(const CObservation& observation) {
+/// In the frame of the sensor; as many times as points, or none, unless the log is damaged.
+struct SeenPoints {
+  std::vector<TPoint3Df> points;
+  std::vector<float> times;
+};
+
+/// Relative to the stamp [s]; NaN where MRPT's stamp says that it is none.
+float time_after(mrpt::system::TTimeStamp stamp, mrpt::system::TTimeStamp time) {
+  if (time == INVALID_TIMESTAMP) return std::numeric_limits<float>::quiet_NaN();
+  const auto ticks = [](mrpt::system::TTimeStamp at) {
+    return static_cast<std::uint64_t>(at.time_since_epoch().count());
+  };
+  // Damaged ones may be farther apart than any number is.
+  const mrpt::Clock::duration after(static_cast<std::int64_t>(ticks(time) - ticks(stamp)));
+  return std::chrono::duration<float>(after).count();
+}
+
+SeenPoints swept_points(CObservationVelodyneScan scan) {
+  auto& cloud = scan.point_cloud;
+  if (cloud.size() == 0) {
+    CObservationVelodyneScan::TGeneratePointCloudParameters options;
+    options.generatePerPointTimestamp = true;
+    scan.generatePointCloud(options);
+  }
+  if (cloud.y.size() != cloud.size() || cloud.z.size() != cloud.size()) {
+    throw Error("the coordinates of a cloud differ in number");
+  }
+  SeenPoints out;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    out.points.emplace_back(cloud.x[i], cloud.y[i], cloud.z[i]);
+  }
+  if (scan.timestamp == INVALID_TIMESTAMP) return out;
+  for (const auto time : cloud.timestamp) out.times.push_back(time_after(scan.timestamp, time));
+  return out;
+}
+
+SeenPoints points_seen(const CObservation& observation) {
   if (const auto* cloud = dynamic_cast<const CObservationPointCloud*>(&observation)) {
-    return points_of(*cloud->pointcloud);
+    return {points_of(*cloud->pointcloud), {}};
+  }
+  if (const auto* sweep = dynamic_cast<const CObservationVelodyneScan*>(&observation)) {
+    return swept_points(*sweep);
   }
   CSimplePointsMap map;
-  if (const auto* depth = dynamic_cast<const CObservation3DRangeScan*>(&observation)) {
-    if (!depth->hasRangeImage) {
-      map.setAllPoints(depth->points3D_x, depth->points3D_y, depth->points3D_z);
-      return points_of(map);
-    }
-    mrpt::obs::T3DPointsProjectionParams options;
-    options.takeIntoAccountSensorPoseOnRobot = false;
-    CObservation3DRangeScan copy = *depth;  // MRPT keeps tables in it
-    copy.unprojectInto(map, options);
-    return points_of(map);
+  const auto& depth = dynamic_cast<const CObservation3DRangeScan&>(observation);
+  if (!depth.hasRangeImage) {
+    map.setAllPoints(depth.points3D_x, depth.points3D_y, depth.points3D_z);
+    return {points_of(map), {}};
   }
-  map.insertionOptions.minDistBetweenLaserPoints = 0;
-  keep_all_points(map.insertionOptions);
-  mrpt::poses::CPose3D sensor;
-  observation.getSensorPose(sensor);
-  const mrpt::poses::CPose3D T_sensor_robot = mrpt::poses::CPose3D() - sensor;
-  map.insertObservation(observation, T_sensor_robot);
-  return points_of(map);
+  mrpt::obs::T3DPointsProjectionParams options;
+  options.takeIntoAccountSensorPoseOnRobot = false;
+  CObservation3DRangeScan copy = depth;  // MRPT keeps tables in it
+  copy.unprojectInto(map, options);
+  return {points_of(map), {}};
 }
 
 }  // namespace
@@ -76,20 +110,24 @@ void write_cloud(ByteWriter& out, const CObservation& observation) {
   const bool beside = is_kept_beside(observation);
   out.put_flag(beside);
   if (beside) return;
-  const std::vector<mrpt::math::TPoint3Df> points = points_seen(observation);
-  if (points.size() > kMostPoints)
-    throw Error(fmt::format("{} points in one cloud", points.size()));
-  write_points(out, points);
+  const SeenPoints seen = points_seen(observation);
+  const std::size_t most = std::max(seen.points.size(), seen.times.size());
+  if (most > kMostPoints) throw Error(fmt::format("{} points in one cloud", most));
+  write_points(out, seen.points);
+  out.put(static_cast<std::uint32_t>(seen.times.size()));
+  for (const float time : seen.times) out.put(time);
 }
 
-void read_cloud(ByteReader& in, CObservationPointCloud& cloud) {
+void read_cloud(ByteReader& in, LoggedCloud& cloud) {
   cloud.sensorPose = read_pose_3d(in);
   if (in.flag()) return;
   const auto map = CSimplePointsMap::Create();
-  const std::vector<mrpt::math::TPoint3Df> points = read_points(in);
+  const std::vector<TPoint3Df> points = read_points(in);
   map->reserve(points.size());
-  for (const mrpt::math::TPoint3Df& p : points) map->insertPointFast(p.x, p.y, p.z);
+  for (const TPoint3Df& p : points) map->insertPointFast(p.x, p.y, p.z);
   cloud.pointcloud = map;
+  cloud.times.resize(in.count(sizeof(float)));
+  for (float& time : cloud.times) time = in.get<float>();
 }
 
 }  // namespace hybrid

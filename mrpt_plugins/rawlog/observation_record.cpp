@@ -28,7 +28,6 @@ using mrpt::obs::CObservationBeaconRanges;
 using mrpt::obs::CObservationBearingRange;
 using mrpt::obs::CObservationGPS;
 using mrpt::obs::CObservationOdometry;
-using mrpt::obs::CObservationPointCloud;
 using mrpt::obs::CObservationRobotPose;
 using Classed = CObservationClassedBearingRange;
 
@@ -184,7 +183,7 @@ void read(ByteReader& in, CObservationGPS& o) {
   read_fix(in, o);
 }
 
-void read(ByteReader& in, CObservationPointCloud& o) {
+void read(ByteReader& in, LoggedCloud& o) {
   read_cloud(in, o);
 }
 
@@ -247,7 +246,7 @@ CObservation::Ptr read_content(ByteReader& in, const std::string& class_name,
     case Form::kFix:
       return read_as<CObservationGPS>(in);
     case Form::kCloud:
-      return read_as<CObservationPointCloud>(in);
+      return read_as<LoggedCloud>(in);
   }
   throw Error("it has an unknown form");
 }

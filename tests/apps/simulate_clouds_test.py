@@ -60,11 +60,12 @@ class Simulated(unittest.TestCase):
         self.assertNotEqual(texts[0][1], texts[2][1])
 
     def test_they_become_a_log(self):
-        folder = self.make("a", "street")
+        folder = self.make("a", "street", "--sweep", "0.2")
         ran = subprocess.run([BIN / "hybrid-import", "clouds", folder, "--odometry", folder / "odometry.txt", "--truth", folder / "truth.txt",
                               "-o", self.at / "a.rawlog"], capture_output=True, text=True, check=False)
         self.assertEqual(ran.returncode, 0, ran.stderr)
         self.assertIn(f"{CLOUDS} steps", ran.stdout)
+        self.assertIn("points have times", ran.stdout)
         self.assertEqual(len((self.at / "a_ground_truth_robot_path.txt").read_text().splitlines()), CLOUDS + 1)
 
 

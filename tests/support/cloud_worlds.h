@@ -65,16 +65,26 @@ inline double distance_to(const Box3& box, const Eigen::Vector3d& from, const Ei
   return enters > 0 && enters < leaves ? enters : std::numeric_limits<double>::infinity();
 }
 
-/// What a lidar of 32 rings over 60 degrees sees, in its own frame; errors of ranges of 1 cm.
-inline std::vector<Eigen::Vector3f> cloud_at(const CloudWorld& world, const SE3& pose,
-                                             std::mt19937& random, double sigma = 0.01) {
+/// Points in the frames that a lidar had when it saw them, and the times of these [s].
+struct Sweep {
+  std::vector<Eigen::Vector3f> points;
+  std::vector<float> times;
+};
+
+/// What a lidar of 32 rings over 60 degrees sees that turns once around from time 0 to `duration`
+/// [s], each ray from the place `pose_at(time)`; errors of ranges of 1 cm.
+template <class PoseAt>
+Sweep sweep_at(const CloudWorld& world, const PoseAt& pose_at, double duration,
+               std::mt19937& random, double sigma = 0.01) {
   constexpr int kRings = 32, kColumns = 360;
   std::normal_distribution<double> noise(0, sigma);
-  std::vector<Eigen::Vector3f> out;
+  Sweep out;
   for (int ring = 0; ring < kRings; ++ring) {
     const double up = (ring - kRings / 2) * 2 * M_PI / 180 + 1e-4;
     for (int column = 0; column < kColumns; ++column) {
       const double around = column * 2 * M_PI / kColumns + 1e-4;
+      const double time = duration * column / kColumns;
+      const SE3 pose = pose_at(time);
       const Eigen::Vector3d own(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
                                 std::sin(up));
       const Eigen::Vector3d ray = pose.rotation() * own;
@@ -82,21 +92,33 @@ inline std::vector<Eigen::Vector3f> cloud_at(const CloudWorld& world, const SE3&
       for (const Box3& box : world.boxes) {
         range = std::min(range, distance_to(box, pose.translation(), ray, false));
       }
-      out.push_back(((range + noise(random)) * own).cast<float>());
+      out.points.push_back(((range + noise(random)) * own).cast<float>());
+      out.times.push_back(static_cast<float>(time));
     }
   }
   return out;
 }
 
-/// Once around the hall and a quarter more, `step` metres apart, nodding a little.
-inline std::vector<SE3> way_around_hall(double step) {
+/// What it sees at once.
+inline std::vector<Eigen::Vector3f> cloud_at(const CloudWorld& world, const SE3& pose,
+                                             std::mt19937& random, double sigma = 0.01) {
+  return sweep_at(
+             world, [&](double) { return pose; }, 0, random, sigma)
+      .points;
+}
+
+/// On a circle of 5 m around the middle of the hall, after this angle [rad], nodding a little.
+inline SE3 place_around_hall(double a) {
   constexpr double kRadius = 5;
+  const Eigen::Vector3d at(kRadius * std::cos(a), kRadius * std::sin(a), 0.1 * std::sin(3 * a));
+  return {at, SO3::exp(Eigen::Vector3d(0, 0, a + M_PI / 2)) *
+                  SO3::exp(Eigen::Vector3d(0.03 * std::sin(2 * a), 0, 0))};
+}
+
+/// Once around the hall and a quarter more, `step` metres apart.
+inline std::vector<SE3> way_around_hall(double step) {
   std::vector<SE3> out;
-  for (double a = 0; a < 2.5 * M_PI; a += step / kRadius) {
-    const Eigen::Vector3d at(kRadius * std::cos(a), kRadius * std::sin(a), 0.1 * std::sin(3 * a));
-    out.emplace_back(at, SO3::exp(Eigen::Vector3d(0, 0, a + M_PI / 2)) *
-                             SO3::exp(Eigen::Vector3d(0.03 * std::sin(2 * a), 0, 0)));
-  }
+  for (double a = 0; a < 2.5 * M_PI; a += step / 5) out.push_back(place_around_hall(a));
   return out;
 }
 

@@ -32,6 +32,7 @@ CloudFolder clouds_in(const std::string& folder);
 /// The points of a file.
 struct CloudPoints {
   Points points;               // x ahead, y to the left, z up, of the sensor [m]
+  std::vector<double> times;   // of each, as the file has them [s], or none
   std::size_t not_finite = 0;  // points left out
   std::size_t too_far = 0;     // beyond the maximum range
 };

@@ -3,8 +3,7 @@
 
 #pragma once
 
-#include <mrpt/obs/CObservationPointCloud.h>
-
+#include "mrpt_plugins/observations/logged_cloud.h"
 #include "mrpt_plugins/rawlog/byte_io.h"
 
 namespace hybrid {
@@ -13,12 +12,13 @@ namespace hybrid {
 /// depth camera (CObservation3DRangeScan) or of a lidar (CObservationVelodyneScan).
 bool is_cloud_of_log(const mrpt::obs::CObservation& observation);
 
-/// Writes its points, without intensities and colours, and the pose of its sensor. Points that are
-/// kept in a file beside the log are not read: the cloud is none then. Throws Error for more than
-/// ten million points.
+/// Writes its points, without intensities and colours, and the pose of its sensor; times of points
+/// where a CObservationVelodyneScan has them, or packets that tell them, relative to its stamp
+/// [s], NaN where one is not known. Points that are kept in a file beside the log are not read: the
+/// cloud is none then. Throws Error for more than ten million points or times.
 void write_cloud(ByteWriter& out, const mrpt::obs::CObservation& observation);
 
 /// Reads what write_cloud() wrote. The pointcloud is null where the points are in another file.
-void read_cloud(ByteReader& in, mrpt::obs::CObservationPointCloud& cloud);
+void read_cloud(ByteReader& in, LoggedCloud& cloud);
 
 }  // namespace hybrid

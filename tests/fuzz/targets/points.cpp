@@ -16,6 +16,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::allow_error([&] {
     const PointFile file = read_points(path);
     fuzz::expect(!file.points.empty());
+    fuzz::expect(file.times.empty() || file.times.size() == file.points.size());
     for (const Eigen::Vector3d& p : file.points) {
       fuzz::expect(p.allFinite() && p.cwiseAbs().maxCoeff() <= 1e15);
     }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -125,6 +126,41 @@ TEST_F(ReadPoints, PcdCompressed) {
   EXPECT_TRUE(has(error("b.pcd", file(packed.substr(0, 20), 40)), "data is damaged"));
   const std::string whole = file(packed, 40);
   EXPECT_TRUE(has(error("b.pcd", whole.substr(0, whole.size() - 1)), "ends early"));
+}
+
+// Floating ones are seconds, whole ones nanoseconds, and those of points that are left out are too.
+TEST_F(ReadPoints, TimesOfPoints) {
+  const auto pcd = [](const std::string& name, const std::string& type) {
+    return "FIELDS x y z " + name + "\nSIZE 4 4 4 8\nTYPE F F F " + type +
+           "\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\nDATA ascii\n1 2 3 nan\nnan 2 3 4\n1 2 3 5e9\n";
+  };
+  for (const char* name : {"t", "time", "timestamp", "offset_time"}) {
+    const PointFile seconds = read_points(write("a.pcd", pcd(name, "F")));
+    ASSERT_EQ(seconds.times.size(), 2U) << name;
+    EXPECT_TRUE(std::isnan(seconds.times[0]));
+    EXPECT_EQ(seconds.times[1], 5e9);
+    EXPECT_NEAR(read_points(write("a.pcd", pcd(name, "U"))).times.at(1), 5, 1e-12);
+  }
+  EXPECT_TRUE(read_points(write("a.pcd", pcd("intensity", "F"))).times.empty());
+  EXPECT_TRUE(read_points(write("a.pcd", pcd("t", "X"))).times.empty());
+  EXPECT_TRUE(has(error("b.pcd", pcd("t", "F") + "1 2 3 4\n"), "but more follow"));
+  std::string text = pcd("t", "F");
+  text.replace(text.find("nan\n"), 3, "now");
+  EXPECT_TRUE(has(error("b.pcd", text), "'now' is not a number"));
+  std::string raw;
+  for (const Eigen::Vector3d& p : kExpected) raw += bytes(float(p.x()), false);
+  for (const Eigen::Vector3d& p : kExpected) raw += bytes(float(p.y()), false);
+  for (const Eigen::Vector3d& p : kExpected) raw += bytes(float(p.z()), false);
+  raw += bytes(std::int32_t{-1000}, false) + bytes(std::int32_t{2000}, false);
+  const PointFile packed =
+      read_points(write("c.pcd",
+                        "FIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F I\nWIDTH 2\nDATA "
+                        "binary_compressed\n" +
+                            bytes(static_cast<std::uint32_t>(literals(raw).size()), false) +
+                            bytes(static_cast<std::uint32_t>(raw.size()), false) + literals(raw)));
+  EXPECT_EQ(packed.points, kExpected);
+  EXPECT_NEAR(packed.times.at(0), -1e-6, 1e-15);
+  EXPECT_NEAR(packed.times.at(1), 2e-6, 1e-15);
 }
 
 TEST_F(ReadPoints, CloudsMayBeEmpty) {

@@ -5,6 +5,12 @@
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservation3DRangeScan.h>
 #include <mrpt/obs/CObservationPointCloud.h>
+#include <mrpt/obs/CObservationVelodyneScan.h>
+#include <mrpt/system/datetime.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "mrpt_plugins/input/clouds.h"
 #include "mrpt_plugins/rawlog/log_record.h"
@@ -16,6 +22,7 @@ using mrpt::maps::CSimplePointsMap;
 using mrpt::obs::CObservation;
 using mrpt::obs::CObservation3DRangeScan;
 using mrpt::obs::CObservationPointCloud;
+using mrpt::obs::CObservationVelodyneScan;
 
 /// What a program gets of an observation, which asks for classes by name.
 CObservation::Ptr read_back(const CObservation::Ptr& content,
@@ -83,6 +90,92 @@ TEST(CloudRecord, PointsInAFileBesideTheLogAreNotRead) {
   DropReport dropped;
   EXPECT_FALSE(cloud_in(*back, dropped));
   EXPECT_EQ(dropped["cloud dropped: its points are in a file beside the log"], 1U);
+}
+
+CObservationVelodyneScan::Ptr sweep_of(const std::vector<double>& times) {
+  auto out = CObservationVelodyneScan::Create();
+  out->timestamp = mrpt::Clock::fromDouble(1.7e9);
+  out->point_cloud.x = {1, std::numeric_limits<float>::infinity(), 3};
+  out->point_cloud.y = out->point_cloud.z = {0, 0, 0};
+  for (const double time : times) {
+    out->point_cloud.timestamp.push_back(
+        std::isnan(time) ? INVALID_TIMESTAMP : mrpt::system::timestampAdd(out->timestamp, time));
+  }
+  return out;
+}
+
+TEST(CloudRecord, TimesOfPointsComeRelativeToTheStamp) {
+  DropReport dropped;
+  const auto cloud =
+      cloud_in(*read_back(sweep_of({-0.05, 0, 0.05}), {"CObservationPointCloud"}), dropped);
+  ASSERT_TRUE(cloud);
+  EXPECT_NEAR(cloud->stamp, 1.7e9, 1e-6);
+  ASSERT_EQ(cloud->points.size(), 2U) << "one is not finite";
+  ASSERT_EQ(cloud->times.size(), 2U);
+  EXPECT_NEAR(cloud->times[0], -0.05, 1e-6);
+  EXPECT_NEAR(cloud->times[1], 0.05, 1e-6);
+  EXPECT_TRUE(dropped.empty());
+}
+
+TEST(CloudRecord, TimesThatAreNoneOrTooFew) {
+  DropReport dropped;
+  const auto times_of = [&](const CObservationVelodyneScan::Ptr& sweep) {
+    return cloud_in(*read_back(sweep, {"CObservationPointCloud"}), dropped).value().times;
+  };
+  EXPECT_TRUE(times_of(sweep_of({})).empty());
+  EXPECT_TRUE(std::isnan(times_of(sweep_of({NAN, 0, 0.05})).at(0)));
+  auto unstamped = sweep_of({0, 0, 0});
+  unstamped->timestamp = INVALID_TIMESTAMP;
+  EXPECT_TRUE(times_of(unstamped).empty());
+  auto hostile = sweep_of({0, 0, 0});
+  using Time = mrpt::system::TTimeStamp;
+  hostile->timestamp = Time(Time::duration(std::numeric_limits<std::int64_t>::min() + 1));
+  EXPECT_EQ(times_of(hostile).size(), 2U);
+  EXPECT_TRUE(dropped.empty());
+  for (const auto& some : {std::vector<double>{0, 0}, {0, 0, 0, 0}}) {
+    EXPECT_TRUE(times_of(sweep_of(some)).empty());
+  }
+  EXPECT_EQ(dropped["times of a cloud dropped: they are not as many as its points"], 2U);
+}
+
+/// A packet of a VLP-16 whose rays all meet something at 10 m.
+CObservationVelodyneScan::TVelodyneRawPacket packet(std::uint32_t microseconds) {
+  using Scan = CObservationVelodyneScan;
+  std::string bytes;
+  const auto put = [&](auto number) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  };
+  for (int block = 0; block < Scan::BLOCKS_PER_PACKET; ++block) {
+    put(std::uint16_t{Scan::UPPER_BANK});
+    put(static_cast<std::uint16_t>(40 * block));
+    for (int ray = 0; ray < Scan::SCANS_PER_BLOCK; ++ray) {
+      put(std::uint16_t{5000});
+      put(std::uint8_t{7});
+    }
+  }
+  put(microseconds);
+  put(Scan::RETMODE_STRONGEST);
+  put(std::uint8_t{0x22});
+  Scan::TVelodyneRawPacket out;
+  EXPECT_EQ(bytes.size(), sizeof out);
+  std::memcpy(static_cast<void*>(&out), bytes.data(), sizeof out);
+  return out;
+}
+
+TEST(CloudRecord, PacketsOfALidarTellTimes) {
+  auto sweep = CObservationVelodyneScan::Create();
+  sweep->timestamp = mrpt::Clock::fromDouble(1.7e9);
+  sweep->calibration = mrpt::obs::VelodyneCalibration::LoadDefaultCalibration("VLP16");
+  sweep->sensorPose = mrpt::poses::CPose3D(0, 0, 2, 0, 0, 0);
+  sweep->scan_packets = {packet(3'599'990'000), packet(30'000)};  // over the hour
+  DropReport dropped;
+  const auto cloud = cloud_in(*read_back(sweep, {"CObservationPointCloud"}), dropped);
+  ASSERT_TRUE(cloud);
+  ASSERT_GT(cloud->points.size(), 100U);
+  ASSERT_EQ(cloud->times.size(), cloud->points.size());
+  EXPECT_NEAR(cloud->times.front(), 0, 1e-6);
+  EXPECT_NEAR(cloud->times.back(), 0.04, 1e-6);
+  EXPECT_NEAR((cloud->points[0] - cloud->sensor).norm(), 10, 1e-3);
 }
 
 TEST(CloudIn, PointsAreWhereTheRobotHasThem) {
