@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "libhybrid/clouds/cloud_place.h"
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/online/join_graph.h"
 
 namespace hybrid {
 namespace {
@@ -57,10 +57,10 @@ std::optional<FoundPlace> find_place(const std::vector<StoredCloud>& second,
   return std::nullopt;
 }
 
-/// Matches of the clouds of both maps about a place that was found.
+/// Matches of the clouds of both maps, those near a place of the second first.
 JoinGraph<SE3> matched(const std::vector<StoredCloud>& first,
-                       const std::vector<StoredCloud>& second, const FoundPlace& place,
-                       double view) {
+                       const std::vector<StoredCloud>& second, const UncertainMotion3& motion,
+                       const Eigen::Vector3d& where, double view) {
   CloudMatchOptions options;
   options.max_reach = kWindow * view;
   options.min_inliers = kLeastShared;
@@ -79,18 +79,20 @@ JoinGraph<SE3> matched(const std::vector<StoredCloud>& first,
     }
     return modes;
   };
-  // What is known of the motion is known at the place, not at the origin of the second map.
+  return {places_of(first), places_of(second),
+          motion,           where,
+          match_places,     {2 * view, CloudClosureOptions().most_maps}};
+}
+
+/// The motion between two maps, as known at a place that was found, not at the origin of the second
+/// map.
+UncertainMotion3 motion_at(const FoundPlace& place, double spacing) {
   Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kPlaceSpacings * first.front().spacing),
+  sigmas << Eigen::Vector3d::Constant(kPlaceSpacings * spacing),
       Eigen::Vector3d::Constant(kPlaceAngle);
   const Matrix6 Ad = place.stretch.adjoint();
   const Matrix6 at_place = sigmas.cwiseAbs2().asDiagonal();
-  return {places_of(first),
-          places_of(second),
-          {place.T_first_second, Ad * at_place * Ad.transpose()},
-          place.stretch.translation(),
-          match_places,
-          {2 * view, CloudClosureOptions().most_maps}};
+  return {place.T_first_second, Ad * at_place * Ad.transpose()};
 }
 
 }  // namespace
@@ -119,6 +121,26 @@ std::vector<CloudPoint> surfaces_of(const std::vector<StoredCloud>& stored) {
   return all.points();
 }
 
+std::vector<PlaceMatch<SE3>> common_places(const std::vector<StoredCloud>& first,
+                                           const std::vector<StoredCloud>& second,
+                                           const UncertainMotion3& T_first_second) {
+  if (first.empty() || second.empty()) return {};
+  double spacing = 0, least = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
+  for (const StoredCloud& a : first) {
+    spacing = std::max(spacing, a.spacing);
+    for (const StoredCloud& b : second) {
+      const Eigen::Vector3d& at = b.T_map_anchor.motion.translation();
+      const double distance =
+          (T_first_second.motion * at - a.T_map_anchor.motion.translation()).norm();
+      if (distance >= least) continue;
+      least = distance;
+      nearest = at;
+    }
+  }
+  return matched(first, second, T_first_second, nearest, view_of(spacing)).accepted();
+}
+
 std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapRecord& second,
                                               double odds, std::string& why) {
   refuse_to_join(first, second);
@@ -135,15 +157,18 @@ std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapR
     why = search.doubt();
     return std::nullopt;
   }
-  const JoinGraph<SE3> graph = matched(in_first, in_second, *place, search.view());
-  if (graph.accepted() < kLeastMatches) {
+  const JoinGraph<SE3> graph =
+      matched(in_first, in_second, motion_at(*place, in_first.front().spacing),
+              place->stretch.translation(), search.view());
+  const std::size_t accepted = graph.accepted().size();
+  if (accepted < kLeastMatches) {
     why = "its clouds fit at a place, but of " + std::to_string(graph.matches()) +
-          " matches there only " + std::to_string(graph.accepted()) + " agree with each other";
+          " matches there only " + std::to_string(accepted) + " agree with each other";
     return std::nullopt;
   }
   const UncertainMotion3 motion = graph.motion();
   JoinedMaps out = join_maps_at(first, second, to_isometry(motion.motion), motion.covariance);
-  out.scan_matches = graph.accepted();
+  out.scan_matches = accepted;
   out.log_odds = search.log_odds();
   std::vector<UncertainMotion3> all = graph.first();
   const std::vector<UncertainMotion3> of_second = graph.second();

@@ -9,6 +9,7 @@
 
 #include "libhybrid/clouds/cloud_closures.h"
 #include "libhybrid/maps/join_maps.h"
+#include "libhybrid/online/join_graph.h"
 
 namespace HYBRID_API hybrid {
 
@@ -18,6 +19,12 @@ std::vector<StoredCloud> stored_clouds(const MapRecord& map);
 /// All that stored clouds show, in the map: points nearer to each other than the widest spacing are
 /// one.
 std::vector<CloudPoint> surfaces_of(const std::vector<StoredCloud>& stored);
+
+/// Where local clouds of one map are in those of another, of which it is roughly known where its
+/// frame is: matches that agree with each other.
+std::vector<PlaceMatch<SE3>> common_places(const std::vector<StoredCloud>& first,
+                                           const std::vector<StoredCloud>& second,
+                                           const UncertainMotion3& T_first_second);
 
 /// Joins two maps in space by the clouds that both have, as join_maps_by_scans() does those in the
 /// plane by scans. Nothing where no place stands out with these `odds`; `why` tells what speaks

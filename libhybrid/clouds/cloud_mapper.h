@@ -37,6 +37,8 @@ class CloudMapper {
   void finish();
 
   SE3 pose(std::size_t cloud) const { return graph_.pose(cloud); }
+  /// Where cloud b is, seen from cloud a.
+  UncertainMotion3 relation(std::size_t a, std::size_t b) const { return graph_.relation(a, b); }
   const CloudTracker& tracker() const { return tracker_; }
   const std::vector<StoredCloud>& stored() const { return search_.stored(); }
   const std::vector<CloudClosure>& closures() const { return graph_.closures(); }

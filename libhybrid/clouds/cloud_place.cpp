@@ -138,6 +138,10 @@ Matrix6 start_covariance(double spacing) {
 
 }  // namespace
 
+double view_of(double spacing) {
+  return PlaceTiles::kView * spacing / kPlanSpacing;
+}
+
 CloudPlaceSearch::CloudPlaceSearch(std::vector<StoredCloud> stored,
                                    const CloudPlaceOptions& options)
     : options_(options),

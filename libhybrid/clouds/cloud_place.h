@@ -18,6 +18,9 @@ struct CloudPlaceOptions {
   std::optional<UncertainMotion3> start = std::nullopt;
 };
 
+/// How far a look for a place sees among clouds of a spacing [m].
+double view_of(double spacing);
+
 /// Searches for the place of a drive among stored clouds, of which nothing is known but that it may
 /// be there. Walls and poles, seen from above, are searched as those of planar scans are, in units
 /// in which the spacing of the clouds is that of scans; where a place stands out, the surfaces in
@@ -37,8 +40,7 @@ class CloudPlaceSearch {
   /// What speaks against the best place, if none was found.
   const std::string& doubt() const { return doubt_; }
   double log_odds() const { return plan_.log_odds(); }  ///< of the place in the plane
-  /// How far a look of the search sees [m].
-  double view() const { return PlaceTiles::kView / scale_; }
+  double view() const { return view_of(spacing_); }
 
  private:
   std::vector<double> heights_near(const Eigen::Vector2d& place) const;

@@ -125,21 +125,21 @@ void JoinGraph<Pose>::add(std::size_t k, const Match& match, const Options& opti
                std::make_shared<Prior<Pose>>(key_of_first(i), known.motion, noise_of_place(known)));
       }
       modes.add(first_mode);
+      matches_.push_back({i, k, mode});
       found.push_back(std::make_shared<Between<Pose>>(key_of_first(i), key, mode.motion,
                                                       Noise::covariance(mode.covariance)));
     }
   }
-  matches_ += found.size();
   if (!found.empty()) selection_.update({}, found, modes);
 }
 
 template <class Pose>
-std::size_t JoinGraph<Pose>::accepted() const {
-  std::size_t count = 0;
-  for (std::size_t c = 0; c < matches_; ++c) {
-    if (selection_.status(c) == ClosureStatus::kAccepted) ++count;
+std::vector<PlaceMatch<Pose>> JoinGraph<Pose>::accepted() const {
+  std::vector<PlaceMatch<Pose>> out;
+  for (std::size_t c = 0; c < matches_.size(); ++c) {
+    if (selection_.status(c) == ClosureStatus::kAccepted) out.push_back(matches_[c]);
   }
-  return count;
+  return out;
 }
 
 template <class Pose>

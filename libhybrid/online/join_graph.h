@@ -20,6 +20,13 @@ struct StoredPlace {
   bool is_empty = false;                              ///< nothing was seen
 };
 
+/// Where a place of one map is in a place of another, by a match.
+template <class Pose>
+struct PlaceMatch {
+  std::size_t first = 0, second = 0;
+  Uncertain<Pose> pose;  ///< of the second in the frame of the first
+};
+
 /// Places of two maps, the motion between these, and matches of places of both, some of which may
 /// be false. The errors that the maps state count as independent.
 template <class Pose>
@@ -40,8 +47,8 @@ class JoinGraph {
             const Uncertain<Pose>& motion, const typename Pose::Point& where, const Match& match,
             const Options& options);
 
-  std::size_t matches() const { return matches_; }
-  std::size_t accepted() const;
+  std::size_t matches() const { return matches_.size(); }
+  std::vector<PlaceMatch<Pose>> accepted() const;
   /// Of the frame of the second map in that of the first.
   Uncertain<Pose> motion() const;
   /// Places of both in the frame of the first map.
@@ -58,7 +65,7 @@ class JoinGraph {
 
   std::vector<StoredPlace<Pose>> first_, second_;
   OnlineSelection selection_;
-  std::size_t matches_ = 0;
+  std::vector<PlaceMatch<Pose>> matches_;  // as the selection counts them
 };
 
 extern template class JoinGraph<SE2>;

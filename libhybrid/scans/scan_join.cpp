@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/online/join_graph.h"
 
 namespace hybrid {
 namespace {
@@ -76,9 +76,10 @@ void place_at(const std::vector<UncertainMotion>& places, std::vector<StoredScan
   }
 }
 
-/// Matches of the scans of both maps about a place that was found.
+/// Matches of the scans of both maps, those near a place of the second first.
 JoinGraph<SE2> matched(const std::vector<StoredScans>& first,
-                       const std::vector<StoredScans>& second, const ScanPlace& place) {
+                       const std::vector<StoredScans>& second, const UncertainMotion& motion,
+                       const Eigen::Vector2d& where) {
   const ScanClosureOptions options;
   std::vector<std::optional<MatchTarget>> targets(first.size());  // as they are needed
   const auto match_places = [&](std::size_t i, std::size_t k, const UncertainMotion& predicted) {
@@ -90,16 +91,18 @@ JoinGraph<SE2> matched(const std::vector<StoredScans>& first,
     }
     return modes;
   };
-  // What is known of the motion is known at the place, not at the origin of the second map.
+  return {places_of(first), places_of(second),
+          motion,           where,
+          match_places,     {options.view + options.max_reach, options.most_maps}};
+}
+
+/// The motion between two maps, as known at a place that was found, not at the origin of the second
+/// map.
+UncertainMotion motion_at(const ScanPlace& place) {
   const Eigen::Matrix3d Ad = place.stretch.adjoint();
   const Eigen::Matrix3d at_place =
       Eigen::Vector3d(kPlaceSigma, kPlaceSigma, kPlaceTurn).cwiseAbs2().asDiagonal();
-  return {places_of(first),
-          places_of(second),
-          {place.T_map_drive.motion, Ad * at_place * Ad.transpose()},
-          place.stretch.translation(),
-          match_places,
-          {options.view + options.max_reach, options.most_maps}};
+  return {place.T_map_drive.motion, Ad * at_place * Ad.transpose()};
 }
 
 }  // namespace
@@ -140,9 +143,10 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
     out.why = doubt_of(search, options);
     return out;
   }
-  const JoinGraph<SE2> graph = matched(first, second, *found);
+  const JoinGraph<SE2> graph =
+      matched(first, second, motion_at(*found), found->stretch.translation());
   out.matches = graph.matches();
-  out.accepted = graph.accepted();
+  out.accepted = graph.accepted().size();
   out.log_odds = search.log_odds();
   if (out.accepted < kLeastMatches) {
     out.why = "its laser scans fit at " + text_of(*found) + ", but of " +
@@ -156,6 +160,24 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
   place_at(graph.first(), out.first);
   place_at(graph.second(), out.second);
   return out;
+}
+
+std::vector<PlaceMatch<SE2>> common_places(const std::vector<StoredScans>& first,
+                                           const std::vector<StoredScans>& second,
+                                           const UncertainMotion& T_first_second) {
+  if (first.empty() || second.empty()) return {};
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d nearest = Eigen::Vector2d::Zero();
+  for (const StoredScans& a : first) {
+    for (const StoredScans& b : second) {
+      const Eigen::Vector2d& at = b.T_map_anchor.translation();
+      const double distance = (T_first_second.motion * at - a.T_map_anchor.translation()).norm();
+      if (distance >= least) continue;
+      least = distance;
+      nearest = at;
+    }
+  }
+  return matched(first, second, T_first_second, nearest).accepted();
 }
 
 std::optional<JoinedMaps> join_maps_by_scans(const MapRecord& first, const MapRecord& second,

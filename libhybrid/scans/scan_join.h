@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/maps/join_maps.h"
+#include "libhybrid/online/join_graph.h"
 #include "libhybrid/scans/scan_place.h"
 
 namespace HYBRID_API hybrid {
@@ -36,6 +37,12 @@ struct ScanJoin {
 /// errors that their maps state count as independent.
 ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<StoredScans>& second,
                     const ScanPlaceOptions& options);
+
+/// Where local maps of one robot are in those of another, of which it is roughly known where its
+/// frame is: matches that agree with each other.
+std::vector<PlaceMatch<SE2>> common_places(const std::vector<StoredScans>& first,
+                                           const std::vector<StoredScans>& second,
+                                           const UncertainMotion& T_first_second);
 
 /// Joins two maps in the plane by the laser scans that both have. Landmarks that lie together then
 /// are one. Nothing where no place stands out with these `odds`; `why` tells what speaks against

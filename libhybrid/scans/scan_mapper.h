@@ -53,6 +53,8 @@ class ScanMapper {
   std::vector<SE2> path() const;
   /// The estimate of a keyframe.
   SE2 pose(std::size_t keyframe) const { return graph_.pose(keyframe); }
+  /// Where keyframe b is, seen from keyframe a.
+  UncertainMotion relation(std::size_t a, std::size_t b) const { return graph_.relation(a, b); }
   const ScanTracker& tracker() const { return tracker_; }
   const std::vector<StoredScans>& stored() const { return search_.stored(); }
   const std::vector<ScanClosure>& closures() const { return graph_.closures(); }

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/factors/prior.h"
 
 namespace hybrid {
@@ -25,6 +26,23 @@ template Key insert_place(const PlaceClosure<SE2>&, const Uncertain<SE2>&, const
                           Contribution&);
 template Key insert_place(const PlaceClosure<SE3>&, const Uncertain<SE3>&, const MapView&,
                           Contribution&);
+
+template <class Pose>
+Uncertain<Pose> relation_in(const MapView& map, Key a, Key b) {
+  Uncertain<Pose> out;
+  out.motion = map.values.template at<Pose>(a).between(map.values.template at<Pose>(b));
+  Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
+  J << -out.motion.inverse().adjoint(), Pose::Jacobian::Identity();
+  try {
+    out.covariance = map.covariance_of({a, b}, J);
+  } catch (const SettingsError&) {
+    out.covariance.setIdentity();  // a batch back-end, which solves at the end
+  }
+  return out;
+}
+
+template Uncertain<SE2> relation_in(const MapView&, Key, Key);
+template Uncertain<SE3> relation_in(const MapView&, Key, Key);
 
 void ClosureFactors::follow(const std::vector<bool>& accepted, const Add& add, bool may_leave,
                             Contribution& out) {

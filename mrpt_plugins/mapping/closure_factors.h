@@ -19,6 +19,11 @@ template <class Pose>
 Key insert_place(const PlaceClosure<Pose>& closure, const Uncertain<Pose>& place,
                  const MapView& map, Contribution& out);
 
+/// Where pose b of a map is, seen from pose a; a default covariance where the map does not tell it
+/// before it is solved.
+template <class Pose>
+Uncertain<Pose> relation_in(const MapView& map, Key a, Key b);
+
 /// Which closures of a front end, which decides about them by itself, are factors of the map: those
 /// that it accepts come in, those that it no longer accepts go out, each once the map has taken the
 /// contribution.

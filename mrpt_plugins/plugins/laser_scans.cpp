@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -59,6 +61,16 @@ ContinuousFactorPtr factor_in_space(Key from, Key to, const UncertainMotion& mea
   Eigen::MatrixXd covariance = planar_to_6d(measured.covariance);
   covariance.diagonal().segment<3>(2) << kHeight * kHeight, kTilt * kTilt, kTilt * kTilt;
   return std::make_shared<Between<SE3>>(from, to, motion, Noise::covariance(covariance));
+}
+
+/// What a robot has seen, in the frame of its first keyframe.
+std::vector<StoredScans> places_of(const ScanMapper& mapper) {
+  std::vector<StoredScans> out;
+  for (LocalScans& scans : local_scans(mapper.tracker())) {
+    const UncertainMotion anchor = mapper.relation(0, scans.anchor);
+    out.push_back({anchor.motion, anchor.covariance, std::move(scans.points)});
+  }
+  return out;
 }
 
 }  // namespace
@@ -257,7 +269,31 @@ Contribution LaserScans::conclude(const MapView& map) {
     if (is_first) robot.mapper.finish();
     follow_closures(robot, map, out);
   }
+  if (is_first && !map.is_3d) tie_robots(map, out);
   return out;
+}
+
+/// Closures between robots, by what the scans of both saw.
+void LaserScans::tie_robots(const MapView& map, Contribution& out) {
+  for (auto a = robots_.begin(); a != robots_.end(); ++a) {
+    for (auto b = std::next(a); b != robots_.end(); ++b) {
+      const std::vector<Key>&of_a = a->second.keys, &of_b = b->second.keys;
+      if (of_a.empty() || of_b.empty()) continue;
+      if (!map.holds(of_a.front()) || !map.holds(of_b.front())) continue;
+      const auto known = relation_in<SE2>(map, of_a.front(), of_b.front());
+      for (const PlaceMatch<SE2>& match :
+           common_places(places_of(a->second.mapper), places_of(b->second.mapper), known)) {
+        const Key from = of_a[a->second.mapper.tracker().local_maps()[match.first].anchor];
+        const Key to = of_b[b->second.mapper.tracker().local_maps()[match.second].anchor];
+        if (!map.holds(from) || !map.holds(to)) continue;
+        const UncertainMotion& found = match.pose;
+        out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
+            from, to, found.motion, Noise::covariance(found.covariance)));
+        out.settle = true;
+        ++between_robots_;
+      }
+    }
+  }
 }
 
 std::vector<MeasuredClosure> LaserScans::scan_closures() const {
@@ -328,6 +364,7 @@ std::map<std::string, double> LaserScans::statistics() const {
           {"known_places", std::round(places)},
           {"known_places_accepted", places_accepted},
           {"scan_closures", closures},
+          {"closures_between_robots", static_cast<double>(between_robots_)},
           {"scan_closures_accepted", accepted},
           {"scans", scans},
           {"scans_blind", blind},

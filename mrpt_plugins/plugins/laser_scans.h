@@ -67,6 +67,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
   bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
                    Contribution& out) const;
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
+  void tie_robots(const MapView& map, Contribution& out);
   bool is_accepted(const Robot& robot, std::size_t closure) const;
 
   ScanMapperOptions options_;
@@ -74,6 +75,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
   std::size_t robot_ = 0;             // whose frame it is
   std::optional<ScanMotion> motion_;  // to the frame observed last
   bool concluded_ = false;
+  std::size_t between_robots_ = 0;  // closures
 };
 
 }  // namespace hybrid

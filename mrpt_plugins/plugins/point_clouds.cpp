@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <utility>
 
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/between.h"
@@ -219,6 +221,7 @@ Contribution PointClouds::conclude(const MapView& map) {
     if (is_first) robot.mapper.finish();
     follow_closures(robot, map, out);
   }
+  if (is_first && map.is_3d) tie_robots(map, out);
   return out;
 }
 
@@ -230,6 +233,40 @@ void PointClouds::adopt_clouds(std::size_t robot, const std::vector<StoredCloud>
 const CloudMapper* PointClouds::cloud_mapper(std::size_t robot) const {
   const auto found = robots_.find(robot);
   return found == robots_.end() ? nullptr : &found->second.mapper;
+}
+
+/// What a robot has seen, in the frame of its first cloud.
+std::vector<StoredCloud> PointClouds::places_of(const Robot& robot) const {
+  const CloudTracker& tracker = robot.mapper.tracker();
+  std::vector<StoredCloud> out;
+  for (const LocalCloud& map : tracker.local_maps()) {
+    const bool grows = &map == &tracker.local_maps().back() && tracker.surfaces() != nullptr;
+    out.push_back({robot.mapper.relation(0, map.anchor),
+                   grows ? tracker.surfaces()->points() : map.points,
+                   options_.tracker.spacing * tracker.reach()});
+  }
+  return out;
+}
+
+/// Closures between robots, by what the clouds of both saw.
+void PointClouds::tie_robots(const MapView& map, Contribution& out) {
+  for (auto a = robots_.begin(); a != robots_.end(); ++a) {
+    for (auto b = std::next(a); b != robots_.end(); ++b) {
+      const std::vector<Key>&of_a = a->second.keys, &of_b = b->second.keys;
+      if (of_a.empty() || of_b.empty()) continue;
+      if (!map.holds(of_a.front()) || !map.holds(of_b.front())) continue;
+      const auto known = relation_in<SE3>(map, of_a.front(), of_b.front());
+      for (const PlaceMatch<SE3>& match :
+           common_places(places_of(a->second), places_of(b->second), known)) {
+        const Key from = of_a[a->second.mapper.tracker().local_maps()[match.first].anchor];
+        const Key to = of_b[b->second.mapper.tracker().local_maps()[match.second].anchor];
+        if (!map.holds(from) || !map.holds(to)) continue;
+        out.delta.continuous.push_back(factor_of(from, to, match.pose));
+        out.settle = true;
+        ++between_robots_;
+      }
+    }
+  }
 }
 
 std::vector<MeasuredCloudClosure> PointClouds::cloud_closures() const {
@@ -287,6 +324,7 @@ std::map<std::string, double> PointClouds::statistics() const {
           {"cloud_maps", maps},
           {"cloud_closures", closures},
           {"cloud_closures_accepted", accepted},
+          {"closures_between_robots", static_cast<double>(between_robots_)},
           {"known_places", std::round(places)},
           {"known_places_accepted", places_accepted}};
 }

@@ -55,10 +55,13 @@ class PointClouds : public MappingPlugin, public CloudFollower {
   bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
                    Contribution& out) const;
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
+  std::vector<StoredCloud> places_of(const Robot& robot) const;
+  void tie_robots(const MapView& map, Contribution& out);
 
   CloudMapperOptions options_;
   std::map<std::size_t, Robot> robots_;
   bool concluded_ = false;
+  std::size_t between_robots_ = 0;  // closures
 };
 
 }  // namespace hybrid

@@ -22,6 +22,10 @@
 namespace hybrid {
 namespace {
 
+/// Standard deviations of a start that is to be measured again [m], [rad].
+constexpr double kRoughly = 0.5;
+constexpr double kRoughTurn = 0.1;
+
 /// Where a robot was at a time; nothing before its first and after its last pose.
 std::optional<Eigen::Vector3d> position_at(const Trajectory& trajectory, double time) {
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), time,
@@ -130,7 +134,10 @@ std::optional<KnownStart> Meeting::by_places(std::size_t i) {
                             : join_maps_by_scans(part.map, map, odds_, why);
     if (!joined) continue;
     part.map = std::move(joined->map);
-    return KnownStart{part.T_joint_part * joined->T_first_second, joined->covariance};
+    // What was seen tells it exactly once more, in the joint map.
+    Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(joined->covariance.rows(), kRoughly);
+    sigmas.tail(map.is_3d ? 3 : 1).setConstant(kRoughTurn);
+    return KnownStart{part.T_joint_part * joined->T_first_second, sigmas.cwiseAbs2().asDiagonal()};
   }
   return std::nullopt;
 }

@@ -39,8 +39,8 @@ class CloudMapFile : public CloudLogTest {
   }
   /// How far the path of the second drive begins from the truth, in the frame of the map, which is
   /// bent by a decimetre.
-  double error_at_start() const {
-    std::istringstream path(read("out/trajectory.tum"));
+  double error_at_start(const std::string& folder = "out") const {
+    std::istringstream path(read(folder + "/trajectory.tum"));
     std::string line;
     while (std::getline(path, line) && line[0] == '#') {
     }
@@ -97,6 +97,13 @@ TEST_F(CloudMapFile, ADriveElsewhereIsNotFoundInIt) {
     EXPECT_TRUE(lost["localized_at"].is_null());
     EXPECT_EQ(info(), before);
   }
+}
+
+TEST_F(CloudMapFile, TwoRobotsMeetByTheirClouds) {
+  const Json both = summary_of(at("first.rawlog") + " " + at("second.rawlog") + kShort);
+  EXPECT_EQ(both["status"], "ok") << both["message"];
+  EXPECT_GE(both["plugins"]["closures_between_robots"], 3);
+  EXPECT_LT(error_at_start("out/second"), 0.2);
 }
 
 TEST_F(CloudMapFile, TwoMapsAreJoinedByTheirClouds) {

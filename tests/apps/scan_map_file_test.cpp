@@ -96,6 +96,12 @@ TEST_F(ScanMapFileTest, FindsItsStartByScans) {
   EXPECT_LT(error(), 0.3);
 }
 
+TEST_F(ScanMapFileTest, RobotsMeetByTheirScans) {
+  const Json both = summary_of(at("first.rawlog") + " " + at("second.rawlog"));
+  EXPECT_EQ(both["status"], "ok") << both["message"];
+  EXPECT_GE(both["plugins"]["closures_between_robots"], 3);
+}
+
 TEST_F(ScanMapFileTest, ExtendsTheMap) {
   const int before = info().at("local_maps");
   replayed("");
