@@ -29,8 +29,8 @@ std::vector<Eigen::Vector3f> deskewed(std::vector<Eigen::Vector3f> points,
 class SweepVelocity {
  public:
   /// For a cloud at `time` [s]: by `odometry`, the motion since the cloud before, or else by the
-  /// last match. Zero for the first cloud, and where clouds are more than two seconds apart, over
-  /// which no velocity is constant.
+  /// last match. Zero where nothing is known, and where clouds are more than two seconds apart,
+  /// over which no velocity is constant.
   SE3::Tangent at(double time, const std::optional<SE3>& odometry) const;
   /// A cloud at `time` [s], and its motion since the one before by a match, where it has one.
   void add(double time, const std::optional<SE3>& matched);

@@ -18,7 +18,6 @@
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "mrpt_plugins/bridge/poses.h"
-#include "mrpt_plugins/input/clouds.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 
 HYBRID_REGISTER_PLUGIN(PointClouds, hybrid)
@@ -145,6 +144,34 @@ std::optional<UncertainMotion3> PointClouds::motion_to(const Robot& robot, const
   return out;
 }
 
+/// Adds a cloud as it would have been seen at its stamp; before the second one the first, whose
+/// motion no cloud before it tells.
+TrackedCloud PointClouds::add(Robot& robot, PointCloud cloud,
+                              const std::optional<UncertainMotion3>& odometry) const {
+  std::optional<SE3> motion;
+  if (odometry) motion = odometry->motion;
+  if (robot.first && !motion) {
+    CloudTracker both(options_.tracker);
+    both.track(robot.first->points, robot.first->sensor, std::nullopt);
+    const TrackedCloud next = both.track(cloud.points, cloud.sensor, std::nullopt);
+    if (next.match) motion = next.T_before_cloud;
+  }
+  const SE3::Tangent velocity = robot.velocity.at(cloud.stamp, motion);
+  add_first(robot, velocity);
+  const TrackedCloud tracked = robot.mapper.add(
+      deskewed(std::move(cloud.points), cloud.times, velocity), cloud.sensor, odometry);
+  robot.velocity.add(cloud.stamp,
+                     tracked.match ? std::optional(tracked.T_before_cloud) : std::nullopt);
+  return tracked;
+}
+
+void PointClouds::add_first(Robot& robot, const SE3::Tangent& velocity) {
+  if (!robot.first) return;
+  robot.mapper.add(deskewed(robot.first->points, robot.first->times, velocity),
+                   robot.first->sensor);
+  robot.first.reset();
+}
+
 Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   refused();  // what was asked before is settled
   Contribution out;
@@ -159,12 +186,12 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   TrackedCloud tracked;
   try {
     const std::optional<UncertainMotion3> odometry = motion_to(robot, frame, map);
-    const auto moved = odometry ? std::optional<SE3>(odometry->motion) : std::nullopt;
-    cloud.points =
-        deskewed(std::move(cloud.points), cloud.times, robot.velocity.at(cloud.stamp, moved));
-    tracked = robot.mapper.add(cloud.points, cloud.sensor, odometry);
-    robot.velocity.add(cloud.stamp,
-                       tracked.match ? std::optional(tracked.T_before_cloud) : std::nullopt);
+    if (robot.keys.empty() && !cloud.times.empty()) {
+      robot.velocity.add(cloud.stamp, std::nullopt);
+      robot.first = std::move(cloud);
+    } else {
+      tracked = add(robot, std::move(cloud), odometry);
+    }
     robot.keys.push_back(frame.pose);
   } catch (...) {
     robots_.erase(frame.robot);  // the next cloud begins anew
@@ -218,6 +245,7 @@ Contribution PointClouds::conclude(const MapView& map) {
   Contribution out;
   const bool is_first = !std::exchange(concluded_, true);
   for (auto& [number, robot] : robots_) {
+    add_first(robot, SE3::Tangent::Zero());
     if (is_first) robot.mapper.finish();
     follow_closures(robot, map, out);
   }

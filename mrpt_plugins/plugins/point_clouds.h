@@ -10,6 +10,7 @@
 
 #include "libhybrid/clouds/cloud_mapper.h"
 #include "libhybrid/clouds/cloud_sweep.h"
+#include "mrpt_plugins/input/clouds.h"
 #include "mrpt_plugins/mapping/closure_factors.h"
 #include "mrpt_plugins/mapping/cloud_follower.h"
 
@@ -47,13 +48,17 @@ class PointClouds : public MappingPlugin, public CloudFollower {
     std::vector<Key> keys;  // by cloud of the mapper
     ClosureFactors factors;
     SweepVelocity velocity;
-    bool lost_odometry = false;  // since the last frame with a cloud
+    std::optional<PointCloud> first;  // with times, until the second tells the motion
+    bool lost_odometry = false;       // since the last frame with a cloud
   };
 
   std::optional<UncertainMotion3> motion_to(const Robot& robot, const Frame& frame,
                                             const MapView& map) const;
   bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
                    Contribution& out) const;
+  TrackedCloud add(Robot& robot, PointCloud cloud,
+                   const std::optional<UncertainMotion3>& odometry) const;
+  static void add_first(Robot& robot, const SE3::Tangent& velocity);
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
   std::vector<StoredCloud> places_of(const Robot& robot) const;
   void tie_robots(const MapView& map, Contribution& out);
