@@ -77,8 +77,8 @@ TEST_F(CloudTimes, OfEachFormAreRelativeToTheCloud) {
   write("in/4.ply",
         "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty double time\nproperty "
         "float x\nproperty float y\nproperty float z\nend_header\n" +
-            raw_of(0.04) + raw_of(1.F) + raw_of(2.F) + raw_of(3.F) + raw_of(0.05) +
-            raw_of(1.F) + raw_of(2.F) + raw_of(3.F));
+            raw_of(0.04) + raw_of(1.F) + raw_of(2.F) + raw_of(3.F) + raw_of(0.05) + raw_of(1.F) +
+            raw_of(2.F) + raw_of(3.F));
   write("in/5.pcd", pcd_header("intensity", 4, 'F', "ascii") + "1 2 3 0.01\n1 2 3 0.02\n");
   const ImportReport report = import();
   EXPECT_TRUE(tells(report, "points have times"));
