@@ -30,6 +30,10 @@ void add_time(PointFile& file, double value, BinaryNumber type);
 /// The same for a word of a row; throws Error where it is no number.
 void add_time(PointFile& file, const TextRow& row, std::size_t i, BinaryNumber type);
 
+/// Rows of at least three columns: x y z, and what else a point has.
+PointFile read_rows(const std::string& path);
+/// KITTI's form: x y z and intensity of each point, 32 bits each.
+PointFile read_kitti(const std::string& path);
 PointFile read_ply(const std::string& path);
 PointFile read_pcd(const std::string& path);
 

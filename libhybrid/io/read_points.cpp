@@ -11,6 +11,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/parse_number.h"
 #include "libhybrid/io/point_formats.h"
+#include "libhybrid/io/regular_file.h"
 
 namespace hybrid {
 namespace {
@@ -18,6 +19,8 @@ namespace {
 constexpr std::array<std::string_view, 4> kPlain = {"xyz", "txt", "asc", "csv"};
 constexpr std::array<std::string_view, 4> kTimes = {"t", "time", "timestamp", "offset_time"};
 constexpr double kNanosecond = 1e-9;
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;  // of a cloud of KITTI
+constexpr std::size_t kBytesOfPoint = 16;
 
 std::string extension(const std::string& path) {
   const std::size_t slash = path.find_last_of('/'), dot = path.find_last_of('.');
@@ -31,6 +34,8 @@ bool is_plain(const std::string& extension) {
   return std::find(kPlain.begin(), kPlain.end(), extension) != kPlain.end();
 }
 
+}  // namespace
+
 PointFile read_rows(const std::string& path) {
   TextReader text(path, {TextFormat::Cut::kCells, "#"});
   PointFile file;
@@ -43,7 +48,23 @@ PointFile read_rows(const std::string& path) {
   return file;
 }
 
-}  // namespace
+PointFile read_kitti(const std::string& path) {
+  const std::string bytes = read_file(path, kMostBytes);
+  if (bytes.size() % kBytesOfPoint != 0) {
+    throw Error(
+        path + ": " + std::to_string(bytes.size()) +
+        " bytes; a cloud of KITTI has 16 for each point (x y z intensity, 32 bits each): is "
+        "the file cut off?");
+  }
+  PointFile file;
+  for (std::size_t at = 0; at < bytes.size(); at += kBytesOfPoint) {
+    const auto number = [&](std::size_t i) {
+      return value_of(&bytes[at + 4 * i], BinaryNumber{4, 'f'}, false);
+    };
+    add_point(file, {number(0), number(1), number(2)}, path);
+  }
+  return file;
+}
 
 void add_point(PointFile& file, const TextRow& row, const std::array<std::size_t, 3>& xyz) {
   Eigen::Vector3d point;

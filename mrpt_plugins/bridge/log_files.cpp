@@ -12,7 +12,26 @@ constexpr std::array kSuffixes{kTrueMapSuffix,          kTruePathSuffix,   kTrue
                                kTrueAssociationsSuffix, kTrueMoversSuffix, kTrueModesSuffix,
                                kTrueFixesSuffix,        kIdNamesSuffix,    kHeldOutFixesSuffix};
 
+std::filesystem::path images_of(const std::string& rawlog) {
+  const std::filesystem::path log(rawlog);
+  const auto own = log.parent_path() / (log.stem().string() + "_Images");
+  std::error_code error;
+  return std::filesystem::is_directory(own, error) ? own : log.parent_path() / "Images";
+}
+
 }  // namespace
+
+std::optional<std::filesystem::path> named_file(const std::string& name, const std::string& rawlog,
+                                                std::uintmax_t most) {
+  if (name != std::filesystem::path(name).filename() || name == "..") return std::nullopt;
+  const std::filesystem::path file = images_of(rawlog) / name;
+  // Of a folder, the size that a reader makes room for is no size; for a pipe it would wait.
+  std::error_code error;
+  const bool is_regular =
+      std::filesystem::symlink_status(file, error).type() == std::filesystem::file_type::regular;
+  if (!is_regular || std::filesystem::file_size(file, error) > most || error) return std::nullopt;
+  return file;
+}
 
 LogFiles::LogFiles(const std::string& path, int level)
     : path_(path),

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +27,12 @@ inline constexpr std::string_view kTrueModesSuffix = "_ground_truth_modes.txt";
 inline constexpr std::string_view kTrueFixesSuffix = "_ground_truth_fixes.csv";
 inline constexpr std::string_view kIdNamesSuffix = "_ids.csv";
 inline constexpr std::string_view kHeldOutFixesSuffix = "_held_out_fixes.xyz";
+
+/// Where a file lies that a log names: in the folder F_Images, or else Images, beside F.rawlog.
+/// Nothing unless the name is one of a regular file there, no link, of at most `most` bytes: a log
+/// may come from anybody, and a link may lead anywhere.
+std::optional<std::filesystem::path> named_file(const std::string& name, const std::string& rawlog,
+                                                std::uintmax_t most);
 
 /// A rawlog and the files beside it. commit() shows all of them at once and removes those of an
 /// older log of that name; without it, nothing changes. Throws Error that names the file.

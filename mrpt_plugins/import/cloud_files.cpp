@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/binary_number.h"
 #include "libhybrid/io/folders.h"
 #include "libhybrid/io/point_formats.h"
 #include "libhybrid/io/regular_file.h"
@@ -25,7 +24,6 @@ namespace hybrid {
 namespace {
 
 constexpr std::uint64_t kLargestCloud = std::uint64_t{1} << 30;  // bytes
-constexpr std::size_t kBytesOfPoint = 16;                        // x y z intensity
 
 bool is_digit(char c) {
   return std::isdigit(static_cast<unsigned char>(c)) != 0;
@@ -53,25 +51,6 @@ bool is_lidar_cloud(const std::string& name) {
 
 bool is_image(const std::string& name) {
   return name.front() != '.' && extension_of(name) == ".png";
-}
-
-PointFile read_bin(const std::string& path) {
-  const std::string bytes = read_file(path, kLargestCloud);
-  if (bytes.size() % kBytesOfPoint != 0) {
-    throw Error(
-        fmt::format("{}: {} bytes; a cloud of KITTI has {} for each point (x y z "
-                    "intensity, 32 bits each): is the file cut off?",
-                    path, bytes.size(), kBytesOfPoint));
-  }
-  constexpr BinaryNumber kFloat{4, 'f'};
-  PointFile file;
-  for (std::size_t at = 0; at < bytes.size(); at += kBytesOfPoint) {
-    const auto coordinate = [&](std::size_t i) {
-      return value_of(&bytes[at + 4 * i], kFloat, false);
-    };
-    add_point(file, {coordinate(0), coordinate(1), coordinate(2)}, path);
-  }
-  return file;
 }
 
 /// Sorts names by the times that they are, or else by their natural order.
@@ -148,7 +127,7 @@ CloudFiles::CloudFiles(const CloudsOptions& options, bool are_images)
 
 CloudPoints CloudFiles::read(const std::string& path) {
   if (are_images_) return read_depths(path);
-  PointFile file = extension_of(path) == ".bin" ? read_bin(path) : read_cloud(path);
+  PointFile file = extension_of(path) == ".bin" ? read_kitti(path) : read_cloud(path);
   CloudPoints cloud{std::move(file.points), std::move(file.times), file.left_out, 0};
   if (!(options_.max_range > 0)) return cloud;
   std::size_t kept = 0;

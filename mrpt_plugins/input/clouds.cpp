@@ -27,7 +27,9 @@ std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, D
   const auto* seen = dynamic_cast<const mrpt::obs::CObservationPointCloud*>(&observation);
   if (seen == nullptr) return std::nullopt;
   if (!seen->pointcloud) {
-    ++report["cloud dropped: its points are in a file beside the log"];
+    const auto* logged = dynamic_cast<const LoggedCloud*>(seen);
+    const bool is_known = logged != nullptr && !logged->fault.empty();
+    ++report[is_known ? logged->fault : "cloud dropped: its points are in a file beside the log"];
     return std::nullopt;
   }
   if (!(seen->sensorPose.norm() <= kFarthestSensor) || !is_rotation(seen->sensorPose)) {

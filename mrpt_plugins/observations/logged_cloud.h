@@ -5,6 +5,7 @@
 
 #include <mrpt/obs/CObservationPointCloud.h>
 
+#include <string>
 #include <vector>
 
 #include "libhybrid/export.h"
@@ -17,6 +18,12 @@ class LoggedCloud : public mrpt::obs::CObservationPointCloud {
  public:
   /// When each point was seen, relative to the timestamp [s]; empty where that is not known.
   std::vector<float> times;
+  /// Where `pointcloud` is null, the file beside the log that has the points, as the log names it,
+  /// and its form. Not by MRPT's own members, so that nothing of MRPT opens it.
+  std::string file;
+  ExternalStorageFormat form = ExternalStorageFormat::None;
+  /// Why there are no points, where that is known.
+  std::string fault;
 };
 
 }  // namespace hybrid

@@ -95,6 +95,16 @@ SeenPoints points_seen(const CObservation& observation) {
   return {points_of(map), {}};
 }
 
+/// MRPT has no other way to tell it.
+std::uint8_t form_of(const CObservationPointCloud& cloud) {
+  struct Form : CObservationPointCloud {
+    static std::uint8_t of(const CObservationPointCloud& cloud) {
+      return static_cast<std::uint8_t>(cloud.*(&Form::m_externally_stored));
+    }
+  };
+  return Form::of(cloud);
+}
+
 }  // namespace
 
 bool is_cloud_of_log(const CObservation& observation) {
@@ -109,7 +119,13 @@ void write_cloud(ByteWriter& out, const CObservation& observation) {
   write_pose(out, sensor);
   const bool beside = is_kept_beside(observation);
   out.put_flag(beside);
-  if (beside) return;
+  if (beside) {
+    const auto* cloud = dynamic_cast<const CObservationPointCloud*>(&observation);
+    const bool is_named = cloud != nullptr && cloud->isExternallyStored();
+    out.put_text(is_named ? cloud->getExternalStorageFile() : "");
+    out.put(is_named ? form_of(*cloud) : std::uint8_t{0});
+    return;
+  }
   const SeenPoints seen = points_seen(observation);
   const std::size_t most = std::max(seen.points.size(), seen.times.size());
   if (most > kMostPoints) throw Error(fmt::format("{} points in one cloud", most));
@@ -120,7 +136,11 @@ void write_cloud(ByteWriter& out, const CObservation& observation) {
 
 void read_cloud(ByteReader& in, LoggedCloud& cloud) {
   cloud.sensorPose = read_pose_3d(in);
-  if (in.flag()) return;
+  if (in.flag()) {
+    cloud.file = in.text();
+    cloud.form = static_cast<LoggedCloud::ExternalStorageFormat>(in.get<std::uint8_t>());
+    return;
+  }
   const auto map = CSimplePointsMap::Create();
   const std::vector<TPoint3Df> points = read_points(in);
   map->reserve(points.size());

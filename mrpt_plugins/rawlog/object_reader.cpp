@@ -12,6 +12,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/rawlog/detail/clouds_beside.h"
 
 namespace hybrid {
 namespace {
@@ -41,6 +42,7 @@ std::optional<LogObject> ObjectReader::next() {
     if (!record) break;
     if (auto* object = std::get_if<LogObject>(&*record)) {
       ++objects_;
+      if (input_.size()) read_clouds_beside(*object, input_.name());
       return std::move(*object);
     }
     take(*record);

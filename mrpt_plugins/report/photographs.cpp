@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/log_files.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/drawing/mrpt_image.h"
 #include "mrpt_plugins/drawing/photograph.h"
@@ -37,14 +38,6 @@ Json matrix_json(const Eigen::Isometry3d& T) {
     for (int column = 0; column < 4; ++column) out.push_back(decimals(T(row, column), 6));
   }
   return out;
-}
-
-/// The folder of the images that a log only names.
-std::filesystem::path images_of(const std::string& rawlog) {
-  const std::filesystem::path log(rawlog);
-  const auto own = log.parent_path() / (log.stem().string() + "_Images");
-  std::error_code error;
-  return std::filesystem::is_directory(own, error) ? own : log.parent_path() / "Images";
 }
 
 /// Bytes of a file, the highest first, as a number; 0 behind its end.
@@ -79,29 +72,10 @@ std::optional<std::uint64_t> pixels_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// Whether a file is a picture that can be decoded in a moment. A log may name a regular file of
-/// its folder only: of a folder, the size that MRPT makes room for is no size, for a pipe it would
-/// wait, and a link may lead anywhere.
-bool is_small_picture(const std::filesystem::path& file) {
-  if (std::filesystem::symlink_status(file).type() != std::filesystem::file_type::regular) {
-    return false;
-  }
-  if (std::filesystem::file_size(file) > kMostFileBytes) return false;
-  const auto pixels = pixels_of(file);
-  return pixels && *pixels > 0 && *pixels < kMostPixels;
-}
-
-/// Where a file lies that a log names; nothing if it names none of its folder.
-std::optional<std::filesystem::path> named_file(const std::string& text,
-                                                const std::string& rawlog) {
-  const std::filesystem::path name = text;
-  if (name != name.filename() || name == "..") return std::nullopt;
-  return images_of(rawlog) / name;
-}
-
-/// The bytes of a file; none where it is no small picture.
+/// The bytes of a file; none where it is no picture that can be decoded in a moment.
 std::string picture_bytes(const std::filesystem::path& file) {
-  if (!is_small_picture(file)) return {};
+  const auto pixels = pixels_of(file);
+  if (!pixels || *pixels == 0 || *pixels >= kMostPixels) return {};
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -140,7 +114,7 @@ Photographs::Small Photographs::small_of(const mrpt::img::CImage& image,
     return Small{small.width, small.height, jpeg(small, kQuality)};
   };
   if (!image.isExternallyStored()) return small_jpeg(shrunk(image_of(image), kWidth));
-  const auto file = named_file(image.getExternalStorageFile(), rawlog);
+  const auto file = named_file(image.getExternalStorageFile(), rawlog, kMostFileBytes);
   if (!file) return {};
   const auto known = files_.find(file->string());
   if (known != files_.end()) return known->second;
