@@ -85,7 +85,7 @@ bool is_of_g2o(std::string_view word) {
 }
 
 std::vector<PoseRow> read_graph_rows(const std::string& path) {
-  const PoseGraph graph = read_graph(path);
+  const PoseGraph graph = hybrid::read_graph(path);
   if (graph.poses3.empty()) throw Error(path + ": has no edges between poses in space");
   const Values poses = initialize_from_odometry(graph);
   std::vector<PoseRow> rows;

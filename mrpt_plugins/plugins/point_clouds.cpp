@@ -59,7 +59,7 @@ PointCloud clouds_of(const Frame& frame, DropReport& dropped) {
 
 /// Edges of a graph between poses that do not follow each other; its poses count clouds.
 std::vector<ProposedClosure> closures_of(const std::string& path) {
-  const PoseGraph graph = read_graph(path);
+  const PoseGraph graph = hybrid::read_graph(path);
   std::set<Key> poses;
   for (const GraphEdge<SE3>& edge : graph.poses3) poses.insert({edge.from, edge.to});
   std::map<Key, std::size_t> cloud;

@@ -80,6 +80,7 @@ Meeting::OwnMap Meeting::map_alone(std::size_t robot) const {
   RobotSettings& own = settings.robots.front();
   LogMerge log = open_logs(settings);
   own.options.motion.start = given_start(own.start, log.is_3d());
+  const Plugins plugins = settings.plugins;
   Mapper mapper = make_mapper(settings, log.is_3d());
   return about({own.rawlog}, [&] {
     OwnMap out;
@@ -91,7 +92,7 @@ Meeting::OwnMap Meeting::map_alone(std::size_t robot) const {
     mapper.finish();
     const MapResult result = mapper.result();
     out.map = record_of(mapper, result);
-    SeenPlaces seen = seen_places(settings.plugins, result, mapper);
+    SeenPlaces seen = seen_places(plugins, result, mapper);
     out.map.local_maps = std::move(seen.local_maps);
     out.map.local_clouds = std::move(seen.local_clouds);
     out.trajectory = result.trajectory;

@@ -61,8 +61,8 @@ TEST_F(CloudKeyframes, ASimpleMapIsMappedAsALog) {
     truth += row(1e9 + 0.5 * double(i), way_[i]);
   }
   ASSERT_TRUE(map.saveToFile(at("in.simplemap")));
-  write("truth.txt", truth);
-  const auto summary = summary_of(at("in.simplemap") + " --truth-path " + at("truth.txt"));
+  write("truth.tum", truth);
+  const auto summary = summary_of(at("in.simplemap") + " --truth-path " + at("truth.tum"));
   EXPECT_EQ(summary["status"], "ok") << summary["message"];
   EXPECT_EQ(summary["plugins"]["clouds"], way_.size());
   EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"].get<double>(), 0.05);

@@ -17,8 +17,9 @@ struct PoseRow {
   mrpt::poses::CPose3D pose;
 };
 
-/// Reads poses of others, told apart by the number of columns of the first row, or by its first word
-/// as g2o: then the poses are those that its odometry leads to, by ascending ids, without times.
+/// Reads poses of others, told apart by the number of columns of the first row, or by its first
+/// word as g2o: then the poses are those that its odometry leads to, by ascending ids, without
+/// times.
 ///
 ///  8  TUM: time x y z qx qy qz qw
 /// 12  KITTI: a 3x4 matrix, row by row

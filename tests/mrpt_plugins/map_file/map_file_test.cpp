@@ -94,6 +94,7 @@ TEST_F(MapFileTest, WhatLandmarksStandForIsInTheResult) {
 TEST_F(MapFileTest, FilesWithoutSizesAreReadAndGetThem) {
   MapRecord single = small_map();
   single.landmarks[1].size = {};
+  single.local_clouds.clear();
   MapFile(at("a.hmap")).replace(single);
   run_sql(at("a.hmap"),
           "DROP TABLE landmark_size; DROP TABLE local_cloud; PRAGMA user_version = 4");

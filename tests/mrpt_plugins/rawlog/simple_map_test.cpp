@@ -51,7 +51,7 @@ TEST(SimpleMap, IsALogOfItsKeyframes) {
 
   map.clear();
   ASSERT_TRUE(map.saveToFile(file.path()));
-  EXPECT_TRUE(objects_of(file.path(), LogStatus::kEmpty).empty());
+  EXPECT_TRUE(objects_of(file.path(), LogStatus::kComplete).empty());
 }
 
 }  // namespace
