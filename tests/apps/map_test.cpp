@@ -191,7 +191,7 @@ TEST_F(MapTest, RefusesFilesThatAreNoMapsOrDamaged) {
        {"no database at all, but long enough to be read as one by who does not look", "is no map"}},
       {"foreign.hmap", {changed(68, "\1\2\3\4"), "is no map"}},
       {"later.hmap",
-       {changed(63, "\7"), "is a map of format 7, this program reads formats 1 to 5"}},
+       {changed(63, "\7"), "is a map of format 7, this program reads formats 1 to 6"}},
       {"before.hmap", {changed(63, std::string(1, '\0')), "is a map of format 0"}},
       {"damaged.hmap", {changed(3 * 4096, std::string(4096, '\x55')), "damaged"}},
       {"short.hmap", {map.substr(0, map.size() / 2), "damaged"}},

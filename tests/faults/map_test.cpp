@@ -186,7 +186,9 @@ TEST_F(MapFaults, AMapOutlivesAFullDisk) {
     EXPECT_EQ(ran.text.rfind("hybrid-replay: ", 0), 0u) << ran.text;
     EXPECT_NE(ran.text.find(folder.string()), std::string::npos) << ran.text;
     if (ran.text.find("the map holds what it did") != std::string::npos) {
-      const auto sessions = info_of("a.hmap")["sessions"];
+      // Where there was no room for the tables, it holds nothing.
+      const bool is_map = run_app("hybrid-map info " + at("a.hmap")).code == 0;
+      const auto sessions = is_map ? info_of("a.hmap")["sessions"] : nlohmann::json::array();
       const bool told = ran.text.find("session 1 is interrupted: --resume") != std::string::npos;
       EXPECT_EQ(told, !sessions.empty()) << ran.text;
     }
