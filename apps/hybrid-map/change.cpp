@@ -15,7 +15,6 @@
 #include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/map_file/export_map.h"
 #include "mrpt_plugins/map_file/map_file.h"
@@ -56,18 +55,9 @@ std::optional<JoinedMaps> joined_by_any(const MapRecord& first, const MapRecord&
   if (!first.landmarks.empty() && !second.landmarks.empty()) {
     if (auto joined = join_maps(first, second, odds)) return joined;
   }
-  if (!first.local_maps.empty() && !second.local_maps.empty() && !first.is_3d) {
-    std::string by_scans;
-    auto joined = join_maps_by_scans(first, second, odds, by_scans);
-    if (joined) return joined;
-    if (!by_scans.empty()) why += ": " + by_scans;
-  }
-  if (!first.local_clouds.empty() && !second.local_clouds.empty() && first.is_3d) {
-    std::string by_clouds;
-    auto joined = join_maps_by_clouds(first, second, odds, by_clouds);
-    if (joined) return joined;
-    why += ": " + by_clouds;
-  }
+  std::string by_places;
+  if (auto joined = join_maps_by_places(first, second, odds, by_places)) return joined;
+  if (!by_places.empty()) why += ": " + by_places;
   return joined_by_fixes(first, second);
 }
 

@@ -16,40 +16,31 @@
 #include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/relative_pose.h"
+#include "libhybrid/geometry/uncertain_motion.h"
 
 namespace hybrid {
 namespace {
 
-/// A relative pose with the covariance over its tangent.
 template <class Group>
-struct UncertainMotion {
-  Group measured;
-  typename Group::Jacobian covariance;
-};
-
-template <class Group>
-std::optional<UncertainMotion<Group>> motion_of(const ContinuousFactor& factor) {
+std::optional<Uncertain<Group>> motion_of(const ContinuousFactor& factor) {
   const auto motion = relative_pose<Group>(factor);
   if (!motion) return std::nullopt;
-  return UncertainMotion<Group>{motion->measured, motion->information.inverse()};
+  return Uncertain<Group>{motion->measured, motion->information.inverse()};
 }
 
 /// A relative pose followed by another, with the sum of their uncertainties.
 template <class Group>
-UncertainMotion<Group> followed_by(const UncertainMotion<Group>& a,
-                                   const UncertainMotion<Group>& b) {
-  const typename Group::Jacobian back = b.measured.inverse().adjoint();
-  UncertainMotion<Group> both{a.measured * b.measured,
-                              back * a.covariance * back.transpose() + b.covariance};
-  both.measured.normalize();
+Uncertain<Group> followed_by(const Uncertain<Group>& a, const Uncertain<Group>& b) {
+  Uncertain<Group> both = a * b;
+  both.motion.normalize();
   return both;
 }
 
 /// The inverse of a relative pose.
 template <class Group>
-UncertainMotion<Group> reversed(const UncertainMotion<Group>& a) {
-  const typename Group::Jacobian adjoint = a.measured.adjoint();
-  return {a.measured.inverse(), adjoint * a.covariance * adjoint.transpose()};
+Uncertain<Group> reversed(const Uncertain<Group>& a) {
+  const typename Group::Jacobian adjoint = a.motion.adjoint();
+  return {a.motion.inverse(), adjoint * a.covariance * adjoint.transpose()};
 }
 
 /// Odometry of one or several chains of poses.
@@ -61,7 +52,7 @@ struct Odometry {
   };
 
   explicit Odometry(const std::vector<ContinuousFactorPtr>& trusted) {
-    std::unordered_map<Key, UncertainMotion<Group>> next;
+    std::unordered_map<Key, Uncertain<Group>> next;
     std::vector<Key> starts;
     for (const ContinuousFactorPtr& factor : trusted) {
       if (factor->keys().size() != 2) continue;
@@ -79,10 +70,10 @@ struct Odometry {
   }
 
   std::unordered_map<Key, Place> places;
-  std::vector<std::vector<UncertainMotion<Group>>> steps;  // by chain
+  std::vector<std::vector<Uncertain<Group>>> steps;  // by chain
 
  private:
-  void follow(Key key, const std::unordered_map<Key, UncertainMotion<Group>>& next) {
+  void follow(Key key, const std::unordered_map<Key, Uncertain<Group>>& next) {
     const int chain = static_cast<int>(steps.size());
     auto& own = steps.emplace_back();
     while (true) {
@@ -101,7 +92,7 @@ struct Odometry {
 template <class Group>
 class Track {
  public:
-  using Way = UncertainMotion<Group>;
+  using Way = Uncertain<Group>;
 
   Track(const std::vector<Way>& steps, std::vector<int> indices) : stops_(std::move(indices)) {
     sort_unique(stops_);
@@ -145,17 +136,17 @@ template <class Group>
 struct Closure {
   int chain;
   int from, to;  // indices on the chain
-  UncertainMotion<Group> relative;
+  Uncertain<Group> relative;
   std::size_t index;  // among the closures of the problem
 };
 
 /// Squared whitened error of the loop a -> c -> d -> b -> a of closures x = (a, b), y = (c, d).
 template <class Group>
-double loop_error(const UncertainMotion<Group>& x, const UncertainMotion<Group>& y,
-                  const UncertainMotion<Group>& a_to_c, const UncertainMotion<Group>& d_to_b) {
+double loop_error(const Uncertain<Group>& x, const Uncertain<Group>& y,
+                  const Uncertain<Group>& a_to_c, const Uncertain<Group>& d_to_b) {
   using Matrix = typename Group::Jacobian;
-  const UncertainMotion<Group> around = followed_by(followed_by(a_to_c, y), d_to_b);
-  const auto error = x.measured.between(around.measured).log();
+  const Uncertain<Group> around = followed_by(followed_by(a_to_c, y), d_to_b);
+  const auto error = x.motion.between(around.motion).log();
   const Eigen::LLT<Matrix> factor(Matrix(x.covariance + around.covariance));
   return factor.matrixL().solve(error).squaredNorm();
 }

@@ -19,6 +19,15 @@ constexpr std::size_t kSamplePoints = 200;
 constexpr double kProposedSpacings = 5;
 constexpr double kProposedAngle = 0.1;
 
+struct ByCloud {
+  bool operator()(const ProposedClosure& a, const ProposedClosure& b) const { return a.to < b.to; }
+};
+
+/// Those to a cloud, of sorted ones.
+auto proposed_to(std::size_t cloud, const std::vector<ProposedClosure>& all) {
+  return std::equal_range(all.begin(), all.end(), ProposedClosure{0, cloud, {}}, ByCloud());
+}
+
 }  // namespace
 
 /// What is seen at the end of the path, in the frame of the newest cloud.
@@ -47,8 +56,7 @@ CloudClosure CloudClosureSearch::Query::closure(const CloudAlignment& mode,
 }
 
 CloudClosureSearch::CloudClosureSearch(const CloudClosureOptions& options) : options_(options) {
-  std::stable_sort(options_.proposed.begin(), options_.proposed.end(),
-                   [](const ProposedClosure& a, const ProposedClosure& b) { return a.to < b.to; });
+  std::stable_sort(options_.proposed.begin(), options_.proposed.end(), ByCloud());
 }
 
 void CloudClosureSearch::store(std::vector<StoredCloud> clouds) {
@@ -161,9 +169,10 @@ void CloudClosureSearch::look_at_proposed(const Query& query, const CloudTracker
   Matrix6 covariance = Matrix6::Identity();
   covariance.topLeftCorner<3, 3>() *= std::pow(kProposedSpacings * query.spacing, 2);
   covariance.bottomRightCorner<3, 3>() *= kProposedAngle * kProposedAngle;
-  for (const ProposedClosure& proposed : options_.proposed) {
-    if (proposed.to != query.cloud) continue;
-    const std::vector<LocalCloud>& maps = tracker.local_maps();
+  const std::vector<LocalCloud>& maps = tracker.local_maps();
+  const auto [begin, end] = proposed_to(query.cloud, options_.proposed);
+  for (auto it = begin; it != end; ++it) {
+    const ProposedClosure& proposed = *it;
     for (std::size_t m = 0; m + 1 < maps.size(); ++m) {
       const LocalCloud& map = maps[m];
       const bool has_it =
@@ -222,10 +231,8 @@ std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker
   std::vector<CloudClosure> closures;
   if (tracker.surfaces() == nullptr) return closures;
   const double way = tracker.local_maps().back().travelled.back();
-  const bool is_proposed =
-      std::any_of(options_.proposed.begin(), options_.proposed.end(),
-                  [&](const ProposedClosure& p) { return p.to + 1 == tracker.clouds(); });
-  if (is_proposed) look_at_proposed(present_query(tracker, relation), tracker, poses, closures);
+  const auto [begin, end] = proposed_to(tracker.clouds() - 1, options_.proposed);
+  if (begin != end) look_at_proposed(present_query(tracker, relation), tracker, poses, closures);
   if (way < next_ || options_.most_maps == 0) return closures;
   next_ = way + options_.every * tracker.reach();
   const std::vector<TargetName> near = candidates(tracker, poses);

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "libhybrid/clouds/cloud_place.h"
 #include "libhybrid/geometry/isometry.h"
+#include "libhybrid/scans/scan_join.h"
 
 namespace hybrid {
 namespace {
@@ -111,10 +111,8 @@ std::vector<StoredCloud> stored_clouds(const MapRecord& map) {
 }
 
 std::vector<CloudPoint> surfaces_of(const std::vector<StoredCloud>& stored) {
-  double spacing = 0;
-  for (const StoredCloud& cloud : stored) spacing = std::max(spacing, cloud.spacing);
-  if (!(spacing > 0)) return {};
-  CloudSurfaces all(spacing);
+  if (stored.empty()) return {};
+  CloudSurfaces all(widest_spacing(stored));
   for (const StoredCloud& cloud : stored) {
     all.add(transformed(cloud.T_map_anchor.motion, cloud.points));
   }
@@ -125,20 +123,9 @@ std::vector<PlaceMatch<SE3>> common_places(const std::vector<StoredCloud>& first
                                            const std::vector<StoredCloud>& second,
                                            const UncertainMotion3& T_first_second) {
   if (first.empty() || second.empty()) return {};
-  double spacing = 0, least = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
-  for (const StoredCloud& a : first) {
-    spacing = std::max(spacing, a.spacing);
-    for (const StoredCloud& b : second) {
-      const Eigen::Vector3d& at = b.T_map_anchor.motion.translation();
-      const double distance =
-          (T_first_second.motion * at - a.T_map_anchor.motion.translation()).norm();
-      if (distance >= least) continue;
-      least = distance;
-      nearest = at;
-    }
-  }
-  return matched(first, second, T_first_second, nearest, view_of(spacing)).accepted();
+  const Eigen::Vector3d where =
+      nearest_anchor(places_of(first), places_of(second), T_first_second.motion);
+  return matched(first, second, T_first_second, where, view_of(widest_spacing(first))).accepted();
 }
 
 std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapRecord& second,
@@ -175,6 +162,17 @@ std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapR
   all.insert(all.end(), of_second.begin(), of_second.end());
   for (std::size_t m = 0; m < all.size(); ++m) out.map.local_clouds[m].T_map_anchor = all[m];
   return out;
+}
+
+std::optional<JoinedMaps> join_maps_by_places(const MapRecord& first, const MapRecord& second,
+                                              double odds, std::string& why) {
+  why.clear();
+  if (first.is_3d) {
+    if (first.local_clouds.empty() || second.local_clouds.empty()) return std::nullopt;
+    return join_maps_by_clouds(first, second, odds, why);
+  }
+  if (first.local_maps.empty() || second.local_maps.empty()) return std::nullopt;
+  return join_maps_by_scans(first, second, odds, why);
 }
 
 }  // namespace hybrid

@@ -32,4 +32,9 @@ std::vector<PlaceMatch<SE3>> common_places(const std::vector<StoredCloud>& first
 std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapRecord& second,
                                               double odds, std::string& why);
 
+/// By clouds in space, and by laser scans in the plane; where one of the maps has none, nothing,
+/// and `why` stays empty.
+std::optional<JoinedMaps> join_maps_by_places(const MapRecord& first, const MapRecord& second,
+                                              double odds, std::string& why);
+
 }  // namespace hybrid

@@ -61,12 +61,6 @@ std::vector<StoredCloud> moved(const SE3& T, std::vector<StoredCloud> stored) {
   return stored;
 }
 
-double widest_spacing(const std::vector<StoredCloud>& stored) {
-  double out = 0;
-  for (const StoredCloud& cloud : stored) out = std::max(out, cloud.spacing);
-  return out > 0 ? out : 1.0;
-}
-
 SE2 scaled(const SE2& pose, double scale) {
   return {scale * pose.translation(), pose.rotation()};
 }
@@ -137,6 +131,12 @@ Matrix6 start_covariance(double spacing) {
 }
 
 }  // namespace
+
+double widest_spacing(const std::vector<StoredCloud>& stored) {
+  double out = 0;
+  for (const StoredCloud& cloud : stored) out = std::max(out, cloud.spacing);
+  return out > 0 ? out : 1.0;
+}
 
 double view_of(double spacing) {
   return PlaceTiles::kView * spacing / kPlanSpacing;

@@ -18,6 +18,9 @@ struct CloudPlaceOptions {
   std::optional<UncertainMotion3> start = std::nullopt;
 };
 
+/// Of stored clouds [m]; 1 where there are none.
+double widest_spacing(const std::vector<StoredCloud>& stored);
+
 /// How far a look for a place sees among clouds of a spacing [m].
 double view_of(double spacing);
 

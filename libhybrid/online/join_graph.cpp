@@ -4,6 +4,7 @@
 #include "libhybrid/online/join_graph.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -37,6 +38,29 @@ Noise noise_of_place(const Uncertain<Pose>& place) {
 }
 
 }  // namespace
+
+template <class Pose>
+typename Pose::Point nearest_anchor(const std::vector<StoredPlace<Pose>>& first,
+                                    const std::vector<StoredPlace<Pose>>& second,
+                                    const Pose& T_first_second) {
+  double least = std::numeric_limits<double>::infinity();
+  typename Pose::Point nearest = Pose::Point::Zero();
+  for (const StoredPlace<Pose>& a : first) {
+    for (const StoredPlace<Pose>& b : second) {
+      const typename Pose::Point& at = b.T_map_anchor.motion.translation();
+      const double distance = (T_first_second * at - a.T_map_anchor.motion.translation()).norm();
+      if (distance >= least) continue;
+      least = distance;
+      nearest = at;
+    }
+  }
+  return nearest;
+}
+
+template Eigen::Vector2d nearest_anchor(const std::vector<StoredPlace<SE2>>&,
+                                        const std::vector<StoredPlace<SE2>>&, const SE2&);
+template Eigen::Vector3d nearest_anchor(const std::vector<StoredPlace<SE3>>&,
+                                        const std::vector<StoredPlace<SE3>>&, const SE3&);
 
 template <class Pose>
 JoinGraph<Pose>::JoinGraph(std::vector<StoredPlace<Pose>> first,

@@ -20,6 +20,13 @@ struct StoredPlace {
   bool is_empty = false;                              ///< nothing was seen
 };
 
+/// The anchor of the place of a second map, in the frame of that, which is nearest to any of a
+/// first one.
+template <class Pose>
+typename Pose::Point nearest_anchor(const std::vector<StoredPlace<Pose>>& first,
+                                    const std::vector<StoredPlace<Pose>>& second,
+                                    const Pose& T_first_second);
+
 /// Where a place of one map is in a place of another, by a match.
 template <class Pose>
 struct PlaceMatch {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "libhybrid/geometry/isometry.h"
 
@@ -166,18 +165,9 @@ std::vector<PlaceMatch<SE2>> common_places(const std::vector<StoredScans>& first
                                            const std::vector<StoredScans>& second,
                                            const UncertainMotion& T_first_second) {
   if (first.empty() || second.empty()) return {};
-  double least = std::numeric_limits<double>::infinity();
-  Eigen::Vector2d nearest = Eigen::Vector2d::Zero();
-  for (const StoredScans& a : first) {
-    for (const StoredScans& b : second) {
-      const Eigen::Vector2d& at = b.T_map_anchor.translation();
-      const double distance = (T_first_second.motion * at - a.T_map_anchor.translation()).norm();
-      if (distance >= least) continue;
-      least = distance;
-      nearest = at;
-    }
-  }
-  return matched(first, second, T_first_second, nearest).accepted();
+  const Eigen::Vector2d where =
+      nearest_anchor(places_of(first), places_of(second), T_first_second.motion);
+  return matched(first, second, T_first_second, where).accepted();
 }
 
 std::optional<JoinedMaps> join_maps_by_scans(const MapRecord& first, const MapRecord& second,

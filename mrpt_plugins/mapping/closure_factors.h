@@ -5,11 +5,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <vector>
 
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/online/closure_graph.h"
+#include "libhybrid/online/join_graph.h"
 
 namespace HYBRID_API hybrid {
 
@@ -23,6 +25,38 @@ Key insert_place(const PlaceClosure<Pose>& closure, const Uncertain<Pose>& place
 /// before it is solved.
 template <class Pose>
 Uncertain<Pose> relation_in(const MapView& map, Key a, Key b);
+
+/// Closures between robots at the end of their logs, by what they saw of the same places; returns
+/// their number. `robots` of a plugin have a `mapper`, and the `keys` of its poses; `places` tells
+/// what one saw by its local maps, in the frame of its first pose; `factor` makes that of a motion.
+template <class Pose, class Robots, class Places, class Factor>
+std::size_t tie_robots(const Robots& robots, const MapView& map, const Places& places,
+                       const Factor& factor, Contribution& out) {
+  std::size_t count = 0;
+  if (robots.size() < 2) return count;
+  const auto is_in_map = [&](const auto& robot) {
+    return !robot.keys.empty() && map.holds(robot.keys.front());
+  };
+  const auto anchor = [](const auto& robot, std::size_t place) {
+    return robot.keys[robot.mapper.tracker().local_maps()[place].anchor];
+  };
+  for (auto a = robots.begin(); a != robots.end(); ++a) {
+    if (!is_in_map(a->second)) continue;
+    const auto seen = places(a->second);
+    for (auto b = std::next(a); b != robots.end(); ++b) {
+      if (!is_in_map(b->second)) continue;
+      const auto known = relation_in<Pose>(map, a->second.keys.front(), b->second.keys.front());
+      for (const PlaceMatch<Pose>& match : common_places(seen, places(b->second), known)) {
+        const Key from = anchor(a->second, match.first), to = anchor(b->second, match.second);
+        if (!map.holds(from) || !map.holds(to)) continue;
+        out.delta.continuous.push_back(factor(from, to, match.pose));
+        out.settle = true;
+        ++count;
+      }
+    }
+  }
+  return count;
+}
 
 /// Which closures of a front end, which decides about them by itself, are factors of the map: those
 /// that it accepts come in, those that it no longer accepts go out, each once the map has taken the

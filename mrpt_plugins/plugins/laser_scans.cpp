@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -61,6 +60,11 @@ ContinuousFactorPtr factor_in_space(Key from, Key to, const UncertainMotion& mea
   Eigen::MatrixXd covariance = planar_to_6d(measured.covariance);
   covariance.diagonal().segment<3>(2) << kHeight * kHeight, kTilt * kTilt, kTilt * kTilt;
   return std::make_shared<Between<SE3>>(from, to, motion, Noise::covariance(covariance));
+}
+
+ContinuousFactorPtr factor_in_plane(Key from, Key to, const UncertainMotion& measured) {
+  return std::make_shared<BetweenSE2>(from, to, measured.motion,
+                                      Noise::covariance(measured.covariance));
 }
 
 /// What a robot has seen, in the frame of its first keyframe.
@@ -175,8 +179,7 @@ void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, st
   if (map.is_3d) {
     out.delta.continuous.push_back(factor_in_space(from, robot.keys[to], measured));
   } else {
-    out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
-        from, robot.keys[to], measured.motion, Noise::covariance(measured.covariance)));
+    out.delta.continuous.push_back(factor_in_plane(from, robot.keys[to], measured));
   }
 }
 
@@ -185,9 +188,7 @@ void LaserScans::add_place(const Robot& robot, const ScanClosure& closure, const
                            Contribution& out) const {
   const StoredScans& scans = robot.mapper.stored()[closure.from];
   const Key place = insert_place<SE2>(closure, {scans.T_map_anchor, scans.covariance}, map, out);
-  const UncertainMotion& found = closure.pose;
-  out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
-      place, robot.keys[closure.to], found.motion, Noise::covariance(found.covariance)));
+  out.delta.continuous.push_back(factor_in_plane(place, robot.keys[closure.to], closure.pose));
 }
 
 /// Adds the factor of a closure, where the map has its keyframes.
@@ -269,31 +270,11 @@ Contribution LaserScans::conclude(const MapView& map) {
     if (is_first) robot.mapper.finish();
     follow_closures(robot, map, out);
   }
-  if (is_first && !map.is_3d) tie_robots(map, out);
-  return out;
-}
-
-/// Closures between robots, by what the scans of both saw.
-void LaserScans::tie_robots(const MapView& map, Contribution& out) {
-  for (auto a = robots_.begin(); a != robots_.end(); ++a) {
-    for (auto b = std::next(a); b != robots_.end(); ++b) {
-      const std::vector<Key>&of_a = a->second.keys, &of_b = b->second.keys;
-      if (of_a.empty() || of_b.empty()) continue;
-      if (!map.holds(of_a.front()) || !map.holds(of_b.front())) continue;
-      const auto known = relation_in<SE2>(map, of_a.front(), of_b.front());
-      for (const PlaceMatch<SE2>& match :
-           common_places(places_of(a->second.mapper), places_of(b->second.mapper), known)) {
-        const Key from = of_a[a->second.mapper.tracker().local_maps()[match.first].anchor];
-        const Key to = of_b[b->second.mapper.tracker().local_maps()[match.second].anchor];
-        if (!map.holds(from) || !map.holds(to)) continue;
-        const UncertainMotion& found = match.pose;
-        out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
-            from, to, found.motion, Noise::covariance(found.covariance)));
-        out.settle = true;
-        ++between_robots_;
-      }
-    }
+  if (is_first && !map.is_3d) {
+    const auto places = [](const Robot& robot) { return places_of(robot.mapper); };
+    between_robots_ = tie_robots<SE2>(robots_, map, places, factor_in_plane, out);
   }
+  return out;
 }
 
 std::vector<MeasuredClosure> LaserScans::scan_closures() const {

@@ -67,7 +67,6 @@ class LaserScans : public MappingPlugin, public ScanFollower {
   bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
                    Contribution& out) const;
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
-  void tie_robots(const MapView& map, Contribution& out);
   bool is_accepted(const Robot& robot, std::size_t closure) const;
 
   ScanMapperOptions options_;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <memory>
 #include <set>
 #include <utility>
@@ -33,6 +32,12 @@ Matrix6 usual_covariance(const SE3& motion) {
 ContinuousFactorPtr factor_of(Key from, Key to, const UncertainMotion3& motion) {
   return std::make_shared<Between<SE3>>(from, to, motion.motion,
                                         Noise::covariance(motion.covariance));
+}
+
+/// Those of a local map, which may still grow.
+const std::vector<CloudPoint>& local_points(const LocalCloud& map, const CloudTracker& tracker) {
+  const bool grows = &map == &tracker.local_maps().back() && tracker.surfaces() != nullptr;
+  return grows ? tracker.surfaces()->points() : map.points;
 }
 
 /// All clouds of a frame as one, whose stamp is that of the first.
@@ -249,7 +254,10 @@ Contribution PointClouds::conclude(const MapView& map) {
     if (is_first) robot.mapper.finish();
     follow_closures(robot, map, out);
   }
-  if (is_first && map.is_3d) tie_robots(map, out);
+  if (is_first && map.is_3d) {
+    const auto places = [this](const Robot& robot) { return places_of(robot); };
+    between_robots_ = tie_robots<SE3>(robots_, map, places, factor_of, out);
+  }
   return out;
 }
 
@@ -268,33 +276,10 @@ std::vector<StoredCloud> PointClouds::places_of(const Robot& robot) const {
   const CloudTracker& tracker = robot.mapper.tracker();
   std::vector<StoredCloud> out;
   for (const LocalCloud& map : tracker.local_maps()) {
-    const bool grows = &map == &tracker.local_maps().back() && tracker.surfaces() != nullptr;
-    out.push_back({robot.mapper.relation(0, map.anchor),
-                   grows ? tracker.surfaces()->points() : map.points,
+    out.push_back({robot.mapper.relation(0, map.anchor), local_points(map, tracker),
                    options_.tracker.spacing * tracker.reach()});
   }
   return out;
-}
-
-/// Closures between robots, by what the clouds of both saw.
-void PointClouds::tie_robots(const MapView& map, Contribution& out) {
-  for (auto a = robots_.begin(); a != robots_.end(); ++a) {
-    for (auto b = std::next(a); b != robots_.end(); ++b) {
-      const std::vector<Key>&of_a = a->second.keys, &of_b = b->second.keys;
-      if (of_a.empty() || of_b.empty()) continue;
-      if (!map.holds(of_a.front()) || !map.holds(of_b.front())) continue;
-      const auto known = relation_in<SE3>(map, of_a.front(), of_b.front());
-      for (const PlaceMatch<SE3>& match :
-           common_places(places_of(a->second), places_of(b->second), known)) {
-        const Key from = of_a[a->second.mapper.tracker().local_maps()[match.first].anchor];
-        const Key to = of_b[b->second.mapper.tracker().local_maps()[match.second].anchor];
-        if (!map.holds(from) || !map.holds(to)) continue;
-        out.delta.continuous.push_back(factor_of(from, to, match.pose));
-        out.settle = true;
-        ++between_robots_;
-      }
-    }
-  }
 }
 
 std::vector<MeasuredCloudClosure> PointClouds::cloud_closures() const {
@@ -321,10 +306,8 @@ std::vector<LocalView> PointClouds::local_views() const {
   for (const auto& [number, robot] : robots_) {
     const CloudTracker& tracker = robot.mapper.tracker();
     for (const LocalCloud& map : tracker.local_maps()) {
-      const bool grows = &map == &tracker.local_maps().back() && tracker.surfaces() != nullptr;
       out.push_back({static_cast<std::size_t>(robot.keys[map.anchor].index()),
-                     grows ? tracker.surfaces()->points() : map.points,
-                     options_.tracker.spacing * tracker.reach()});
+                     local_points(map, tracker), options_.tracker.spacing * tracker.reach()});
     }
   }
   return out;

@@ -61,7 +61,6 @@ class PointClouds : public MappingPlugin, public CloudFollower {
   static void add_first(Robot& robot, const SE3::Tangent& velocity);
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
   std::vector<StoredCloud> places_of(const Robot& robot) const;
-  void tie_robots(const MapView& map, Contribution& out);
 
   CloudMapperOptions options_;
   std::map<std::size_t, Robot> robots_;

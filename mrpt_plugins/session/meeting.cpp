@@ -11,7 +11,6 @@
 #include "libhybrid/detections/sighting.h"
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/join_maps.h"
-#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/map_file/export_map.h"
@@ -131,8 +130,7 @@ std::optional<KnownStart> Meeting::by_places(std::size_t i) {
   const MapRecord& map = own(i).map;
   for (Part& part : parts_) {
     std::string why;
-    auto joined = map.is_3d ? join_maps_by_clouds(part.map, map, odds_, why)
-                            : join_maps_by_scans(part.map, map, odds_, why);
+    auto joined = join_maps_by_places(part.map, map, odds_, why);
     if (!joined) continue;
     part.map = std::move(joined->map);
     // What was seen tells it exactly once more, in the joint map.
