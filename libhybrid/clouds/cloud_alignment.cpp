@@ -93,19 +93,12 @@ double robust_sigma(const std::vector<Pairing>& pairings, double most) {
   return std::clamp(median(std::move(sizes)) / kMedianOfNormal, std::min(kLeastSigma, most), most);
 }
 
-/// Weight of a pairing; `share`: of one measurement.
-double weight_of(const Pairing& pairing, double sigma, double share) {
-  const double r = pairing.residual / (kLossWidth * sigma);
-  const double root = 1 / (1 + r * r);
-  return share * root * root / (sigma * sigma);
-}
-
 /// Information of the pairings without what errors of the directions of surfaces seem to add: the
 /// walls of a tunnel alone do not tell the place along it.
-Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, double share) {
+Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, double spacing) {
   Matrix6 H = kLeastInformation * Matrix6::Identity(), F = Matrix6::Zero();
   for (const Pairing& pairing : pairings) {
-    const double weight = weight_of(pairing, sigma, share);
+    const double weight = pairing_weight(pairing.residual, sigma, spacing);
     H.selfadjointView<Eigen::Lower>().rankUpdate(pairing.jacobian(), weight);
     const Eigen::Vector3d across = pairing.normal.unitOrthogonal();
     for (const Eigen::Vector3d& t : {across, Eigen::Vector3d(pairing.normal.cross(across))}) {
@@ -120,6 +113,13 @@ Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, doubl
 
 }  // namespace
 
+double pairing_weight(double residual, double sigma, double spacing) {
+  const double r = residual / (kLossWidth * sigma);
+  const double root = 1 / (1 + r * r);
+  const double share = std::min(1.0, std::pow(spacing / kCorrelationLength, 2));
+  return share * root * root / (sigma * sigma);
+}
+
 CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces& map,
                      const SE3& start, const CloudAlignmentOptions& options) {
   CloudAlignment result;
@@ -127,7 +127,6 @@ CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces&
   const double most_sigma = kMostSigma * map.spacing();
   result.sigma = most_sigma;
   if (points.empty() || map.points().empty()) return result;
-  const double share = std::min(1.0, std::pow(map.spacing() / kCorrelationLength, 2));
   const double least_radius = kLeastRadius * map.spacing();
   double radius = map.most_radius();
   std::vector<Pairing> pairings;
@@ -137,7 +136,7 @@ CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces&
     Matrix6 H = Matrix6::Zero();
     Vector6 g = Vector6::Zero();
     for (const Pairing& pairing : pairings) {
-      const double weight = weight_of(pairing, result.sigma, share);
+      const double weight = pairing_weight(pairing.residual, result.sigma, map.spacing());
       const Vector6 jacobian = pairing.jacobian();
       H.selfadjointView<Eigen::Lower>().rankUpdate(jacobian, weight);
       g += weight * pairing.residual * jacobian;
@@ -156,7 +155,7 @@ CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces&
     if (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) break;
   }
   if (options.with_information) {
-    result.information = information_of(pairings, result.sigma, share);
+    result.information = information_of(pairings, result.sigma, map.spacing());
   }
   return result;
 }

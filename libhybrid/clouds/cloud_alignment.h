@@ -36,6 +36,10 @@ struct CloudAlignment {
 CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces& map,
                      const SE3& start, const CloudAlignmentOptions& options = {});
 
+/// What a point with that distance from its surface [m] counts in an alignment of such a scatter
+/// [m] to a map of such a spacing [m]: information about the distance [1/m^2].
+double pairing_weight(double residual, double sigma, double spacing);
+
 /// The covariance of an alignment, with the errors that all of its points share: those of the
 /// sensor and of the map.
 Matrix6 alignment_covariance(const CloudAlignment& alignment);

@@ -50,8 +50,8 @@ std::vector<CloudClosure> CloudMapper::search() {
 
 TrackedCloud CloudMapper::add(const std::vector<Eigen::Vector3f>& points,
                               const Eigen::Vector3f& sensor,
-                              const std::optional<UncertainMotion3>& odometry) {
-  const TrackedCloud tracked = tracker_.track(points, sensor, odometry);
+                              const std::optional<UncertainMotion3>& odometry, bool is_at_once) {
+  const TrackedCloud tracked = tracker_.track(points, sensor, odometry, is_at_once);
   const std::size_t k = tracked.cloud;
   if (k == 0) {
     graph_.begin();

@@ -30,9 +30,10 @@ class CloudMapper {
   void adopt(std::vector<StoredCloud> stored, const UncertainMotion3& start);
 
   /// `points` are in the frame of the robot [m], seen from `sensor`; `odometry` is the motion since
-  /// the cloud before, where it is known.
+  /// the cloud before, where it is known. See CloudTracker::track for `is_at_once`.
   TrackedCloud add(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor,
-                   const std::optional<UncertainMotion3>& odometry = std::nullopt);
+                   const std::optional<UncertainMotion3>& odometry = std::nullopt,
+                   bool is_at_once = false);
   /// Decides all closures again and solves to convergence.
   void finish();
 

@@ -18,13 +18,15 @@ constexpr float kMostCount = 20;
 
 }  // namespace
 
-void CloudSurfaces::add(const std::vector<CloudPoint>& points) {
-  for (const CloudPoint& point : points) {
-    if (point.has_normal()) add(point);
+void CloudSurfaces::add(const std::vector<CloudPoint>& points,
+                        const std::vector<SurfaceShifts>& shifts) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].has_normal()) continue;
+    add(points[i], shifts.empty() ? SurfaceShifts(SurfaceShifts::Zero()) : shifts[i]);
   }
 }
 
-void CloudSurfaces::add(const CloudPoint& point) {
+void CloudSurfaces::add(const CloudPoint& point, const SurfaceShifts& shifts) {
   const GridCell cell = grid_cell(point.position.cast<double>(), edge());
   std::vector<std::uint32_t>& here = cells_[cell];
   const auto join = static_cast<float>(spacing_ * spacing_);
@@ -41,12 +43,14 @@ void CloudSurfaces::add(const CloudPoint& point) {
   if (!is_known) {
     here.push_back(static_cast<std::uint32_t>(points_.size()));
     points_.push_back(point);
+    shifts_.push_back(shifts);
     counts_.push_back(1);
     return;
   }
   if (counts_[same] >= kMostCount) return;
   CloudPoint& mean = points_[same];
   const float share = 1 / ++counts_[same];
+  shifts_[same] += share * (shifts - shifts_[same]);
   mean.position += share * (point.position - mean.position);
   mean.normal = (mean.normal + share * (point.normal - mean.normal)).normalized();
 }

@@ -121,8 +121,9 @@ void CloudTracker::make_surfaces() {
   coarse_.emplace(kCoarse * options_.spacing * reach_);
 }
 
-void CloudTracker::add_surfaces(const std::vector<CloudPoint>& points) {
-  surfaces_->add(points);
+void CloudTracker::add_surfaces(const Added& added, const SE3& pose) {
+  const std::vector<CloudPoint> points = transformed(pose, added.points);
+  surfaces_->add(points, shifts_at(added.pose, added.points, added.shifts));
   coarse_->add(points);
 }
 
@@ -138,10 +139,13 @@ void CloudTracker::begin_map() {
   recent_.erase(recent_.begin(), recent_.begin() + static_cast<std::ptrdiff_t>(k));
   make_surfaces();
   const SE3 anchor = before.poses[k];
+  const PoseShifts of_anchor = recent_.front().pose;
   for (std::size_t i = k; i < before.poses.size(); ++i) {
-    next.poses.push_back(anchor.between(before.poses[i]));
+    const SE3 pose = anchor.between(before.poses[i]);
+    next.poses.push_back(pose);
     next.travelled.push_back(before.travelled[i]);
-    add_surfaces(transformed(next.poses.back(), recent_[i - k]));
+    recent_[i - k].pose -= pose.inverse().adjoint() * of_anchor;
+    add_surfaces(recent_[i - k], pose);
   }
   maps_.push_back(std::move(next));
 }
@@ -158,28 +162,30 @@ void CloudTracker::begin_map_anew() {
   next.travelled.push_back(travelled);
   next.poses.emplace_back();
   maps_.push_back(std::move(next));
-  recent_.assign(1, newest_);
+  recent_.clear();
+  recent_.push_back({PoseShifts::Zero(), newest_, sweep_.shifts_of(newest_)});
   if (reach_ > 0) {
     make_surfaces();
-    add_surfaces(newest_);
+    add_surfaces(recent_.back(), SE3());
   }
   since_added_ = SE3();
 }
 
 /// Adds the newest cloud, which is at `pose` in the last local map, and its surfaces where these
 /// agree with the others.
-void CloudTracker::add(const SE3& pose, double step, bool agrees) {
+void CloudTracker::add(const SE3& pose, const PoseShifts& shifts, bool agrees) {
   LocalCloud& map = maps_.back();
   map.poses.push_back(pose);
-  map.travelled.push_back(map.travelled.back() + step);
-  recent_.emplace_back();
+  map.travelled.push_back(map.travelled.back() + last_motion_.translation().norm());
+  recent_.push_back({shifts, {}, {}});
   since_added_ = since_added_ * last_motion_;
   since_added_.normalize();
   const bool is_new = surfaces_ && (since_added_.translation().norm() > surfaces_->spacing() ||
                                     since_added_.rotation().log().norm() > kAddTurn);
   if (agrees && is_new) {
-    recent_.back() = newest_;
-    add_surfaces(transformed(pose, newest_));
+    recent_.back().points = newest_;
+    recent_.back().shifts = sweep_.shifts_of(newest_);
+    add_surfaces(recent_.back(), pose);
     since_added_ = SE3();
   }
   const double way = map.travelled.back() - map.travelled.front();
@@ -199,14 +205,18 @@ TrackedCloud CloudTracker::begin(const std::optional<UncertainMotion3>& odometry
 
 TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
                                  const Eigen::Vector3f& sensor,
-                                 const std::optional<UncertainMotion3>& odometry) {
+                                 const std::optional<UncertainMotion3>& odometry, bool is_at_once) {
   const bool is_first = reach_ == 0;
   if (is_first) reach_ = reach_of(points, sensor);
   newest_.clear();
-  if (reach_ > 0) newest_ = cloud_points(points, sensor, options_.spacing * reach_);
+  const SE3 expected = odometry ? odometry->motion : last_motion_;
+  if (reach_ > 0) {
+    newest_ = cloud_points(sweep_.deskewed(points, sensor, expected, is_at_once), sensor,
+                           options_.spacing * reach_);
+  }
   if (maps_.empty() || (is_first && reach_ > 0)) return begin(odometry);
   const SE3 before = maps_.back().poses.back();
-  const SE3 predicted = before * (odometry ? odometry->motion : last_motion_);
+  const SE3 predicted = before * expected;
   const std::vector<CloudPoint> used = balanced(newest_, options_.most_points);
   const bool tells = surfaces_ && used.size() >= kFewKnown;
   const Matrix6 covariance = prediction_covariance(odometry, last_motion_, reach_);
@@ -229,7 +239,11 @@ TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
   if (lost_in_row_ == kLostInRow) {
     begin_map_anew();
   } else {
-    add(pose, last_motion_.translation().norm(), good);
+    PoseShifts shifts = last_motion_.inverse().adjoint() * recent_.back().pose;
+    if (good) {
+      shifts = sweep_.learn(used, *surfaces_, found, {predicted, covariance.inverse(), shifts});
+    }
+    add(pose, shifts, good);
   }
   ++clouds_;
   return out;

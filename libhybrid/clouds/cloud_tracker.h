@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/clouds/cloud_alignment.h"
+#include "libhybrid/clouds/sweep_calibration.h"
 
 namespace HYBRID_API hybrid {
 
@@ -49,34 +50,44 @@ class CloudTracker {
   explicit CloudTracker(const CloudTrackerOptions& options = {}) : options_(options) {}
 
   /// `points` are in the frame of the robot, seen from `sensor`; `odometry` is the motion since the
-  /// cloud before, where it is known.
+  /// cloud before, where it is known; `is_at_once` says that all points are where they would have
+  /// been seen at the stamp.
   TrackedCloud track(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor,
-                     const std::optional<UncertainMotion3>& odometry);
+                     const std::optional<UncertainMotion3>& odometry, bool is_at_once = false);
 
   /// In the order of their anchors; the last one still grows.
   const std::vector<LocalCloud>& local_maps() const { return maps_; }
   /// The surfaces of the last local map; null before the first cloud.
   const CloudSurfaces* surfaces() const { return surfaces_ ? &*surfaces_ : nullptr; }
+  const SweepCalibration& sweep() const { return sweep_; }
   std::size_t clouds() const { return clouds_; }
   std::size_t lost() const { return lost_; }    ///< clouds that agreed with no local map
   std::size_t blind() const { return blind_; }  ///< clouds with hardly a surface
   double reach() const { return reach_; }       ///< of the sensor [m]; 0 before the first cloud
 
  private:
+  using PoseShifts = SweepCalibration::PoseShifts;
+  /// What a cloud of the last local map has added to it, perhaps nothing.
+  struct Added {
+    PoseShifts pose = PoseShifts::Zero();
+    std::vector<CloudPoint> points;
+    std::vector<SurfaceShifts> shifts;  // of the points, wherever the cloud is
+  };
   CloudAlignment aligned(const std::vector<CloudPoint>& points, const SE3& predicted,
                          const Matrix6& covariance, bool is_sure) const;
   void make_surfaces();
-  void add_surfaces(const std::vector<CloudPoint>& points);
+  void add_surfaces(const Added& added, const SE3& pose);
   void begin_map();
   void begin_map_anew();
-  void add(const SE3& pose, double step, bool agrees);
+  void add(const SE3& pose, const PoseShifts& shifts, bool agrees);
   TrackedCloud begin(const std::optional<UncertainMotion3>& odometry);
 
   CloudTrackerOptions options_;
   double reach_ = 0;
   std::optional<CloudSurfaces> surfaces_, coarse_;  // of the last local map
   std::vector<LocalCloud> maps_;
-  std::vector<std::vector<CloudPoint>> recent_;  // added by each cloud of the last local map
+  std::vector<Added> recent_;  // by cloud of the last local map
+  SweepCalibration sweep_;
   std::vector<CloudPoint> newest_;
   SE3 last_motion_;
   SE3 since_added_;  // motion since points were added

@@ -34,6 +34,8 @@ struct Stretch {
   std::size_t from = 0, to = 0;
   Eigen::Isometry3d measured = Eigen::Isometry3d::Identity();
   Matrix6d covariance = Matrix6d::Zero();
+  // Of the steps that are longer than their noise, summed [m]:
+  double way = 0, noise = 0;
 };
 
 std::optional<Stretch> stretch_from(const RunFacts& facts, std::size_t from, std::size_t length) {
@@ -46,6 +48,11 @@ std::optional<Stretch> stretch_from(const RunFacts& facts, std::size_t from, std
     out.measured = out.measured * motion.measured;
     out.covariance = Ad * out.covariance * Ad.transpose() + motion.covariance;
     out.to = motion.to;
+    const double step = motion.measured.translation().norm();
+    const double noise = std::sqrt(motion.covariance.topLeftCorner<3, 3>().trace());
+    if (step < noise) continue;
+    out.way += step;
+    out.noise += noise;
   }
   return out;
 }
@@ -82,7 +89,11 @@ Eigen::MatrixXd estimated_covariance(const RunFacts& facts, const Stretch& stret
 /// be, since other measurements tell as much of it.
 struct Correction {
   double sum = 0, redundancy = 0;
+  double way = 0, noise = 0;  // of stretches, summed
   std::size_t stretches = 0, length = 0;
+
+  /// Whether noise that is larger by this factor would still leave something that odometry tells.
+  bool may_be_noise(double factor) const { return way == 0 || factor * noise < way; }
 };
 
 void add_stretch(const RunFacts& facts, const Stretch& stretch, Correction& out) {
@@ -96,6 +107,8 @@ void add_stretch(const RunFacts& facts, const Stretch& stretch, Correction& out)
   if (!std::isfinite(squared) || !std::isfinite(own)) return;
   out.sum += squared;
   out.redundancy += std::clamp(dim - own, 0.0, dim);
+  out.way += stretch.way;
+  out.noise += stretch.noise;
   ++out.stretches;
 }
 
@@ -151,7 +164,9 @@ HealthEntry entry_on(const Correction& correction, const RunFacts& facts) {
   if (entry.verdict != HealthVerdict::kGood) {
     entry.knob = knob_of(entry.value > 1, facts.is_by_scans());
   }
-  if (!facts.is_by_scans()) entry.scale = "reader.odometry_sigma_factor";  // scans measure it
+  if (!facts.is_by_scans() && correction.may_be_noise(entry.value)) {  // scans measure it
+    entry.scale = "reader.odometry_sigma_factor";
+  }
   return entry;
 }
 

@@ -157,14 +157,15 @@ TrackedCloud PointClouds::add(Robot& robot, PointCloud cloud,
   if (odometry) motion = odometry->motion;
   if (robot.first && !motion) {
     CloudTracker both(options_.tracker);
-    both.track(robot.first->points, robot.first->sensor, std::nullopt);
-    const TrackedCloud next = both.track(cloud.points, cloud.sensor, std::nullopt);
+    both.track(robot.first->points, robot.first->sensor, std::nullopt, true);
+    const TrackedCloud next = both.track(cloud.points, cloud.sensor, std::nullopt, true);
     if (next.match) motion = next.T_before_cloud;
   }
   const SE3::Tangent velocity = robot.velocity.at(cloud.stamp, motion);
   add_first(robot, velocity);
+  const bool has_times = !cloud.times.empty();
   const TrackedCloud tracked = robot.mapper.add(
-      deskewed(std::move(cloud.points), cloud.times, velocity), cloud.sensor, odometry);
+      deskewed(std::move(cloud.points), cloud.times, velocity), cloud.sensor, odometry, has_times);
   robot.velocity.add(cloud.stamp,
                      tracked.match ? std::optional(tracked.T_before_cloud) : std::nullopt);
   return tracked;
@@ -172,8 +173,8 @@ TrackedCloud PointClouds::add(Robot& robot, PointCloud cloud,
 
 void PointClouds::add_first(Robot& robot, const SE3::Tangent& velocity) {
   if (!robot.first) return;
-  robot.mapper.add(deskewed(robot.first->points, robot.first->times, velocity),
-                   robot.first->sensor);
+  robot.mapper.add(deskewed(robot.first->points, robot.first->times, velocity), robot.first->sensor,
+                   std::nullopt, true);
   robot.first.reset();
 }
 
@@ -315,12 +316,13 @@ std::vector<LocalView> PointClouds::local_views() const {
 
 std::map<std::string, double> PointClouds::statistics() const {
   double clouds = 0, lost = 0, blind = 0, maps = 0, closures = 0, accepted = 0;
-  double places = 0, places_accepted = 0;
+  double places = 0, places_accepted = 0, sweep = 0;
   for (const auto& [number, robot] : robots_) {
     const CloudTracker& tracker = robot.mapper.tracker();
     clouds += static_cast<double>(tracker.clouds());
     lost += static_cast<double>(tracker.lost());
     blind += static_cast<double>(tracker.blind());
+    sweep += tracker.sweep().share() / static_cast<double>(robots_.size());
     maps += static_cast<double>(tracker.local_maps().size());
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
       const CloudClosure& closure = robot.mapper.closures()[k];
@@ -333,6 +335,7 @@ std::map<std::string, double> PointClouds::statistics() const {
           {"clouds_blind", blind},
           {"clouds_lost", lost},
           {"cloud_maps", maps},
+          {"cloud_sweep", sweep},
           {"cloud_closures", closures},
           {"cloud_closures_accepted", accepted},
           {"closures_between_robots", static_cast<double>(between_robots_)},

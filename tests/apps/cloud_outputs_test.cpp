@@ -7,7 +7,9 @@
 #include <mrpt/obs/CSensoryFrame.h>
 
 #include <algorithm>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/apps/cloud_log.h"
 
@@ -58,6 +60,29 @@ TEST_F(CloudOutputs, WithoutOdometryThePathIsByTheCloudsAlone) {
   const auto summary = summary_of(at("in.rawlog") + truth_of("in"));
   EXPECT_EQ(summary["status"], "ok") << summary["message"];
   EXPECT_LT(error_of(summary), 0.1);
+}
+
+TEST_F(CloudOutputs, OdometryOfAnotherDriveIsNoNoise) {
+  std::istringstream rows(read("in_odometry.txt"));
+  std::vector<std::string> times, poses;
+  for (std::string row; std::getline(rows, row);) {
+    if (row.empty() || row[0] == '#') continue;
+    times.push_back(row.substr(0, row.find(' ')));
+    poses.push_back(row.substr(row.find(' ')));
+  }
+  std::string backwards;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    backwards += times[i] + poses[times.size() - 1 - i] + "\n";
+  }
+  write("backwards.txt", backwards);
+  import("in", "--odometry " + at("backwards.txt"));
+  const auto summary = summary_of(at("in.rawlog") + truth_of("in"));
+  const auto& health = summary["health"];
+  const auto entry = std::find_if(health.begin(), health.end(), [](const auto& check) {
+    return check["name"] == "path against odometry";
+  });
+  ASSERT_NE(entry, health.end());
+  EXPECT_EQ((*entry)["verdict"], "bad") << *entry;
 }
 
 TEST_F(CloudOutputs, CloudsAloneAreNoMapWhereTheyAgreeWithNothing) {
