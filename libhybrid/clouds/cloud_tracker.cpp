@@ -21,14 +21,20 @@ constexpr double kLeastRotation = 0.01;
 constexpr double kSteadyOfReach = 0.02;
 constexpr double kSteadyOfMotion = 0.3;
 constexpr double kSteadyRotation = 0.05;
+constexpr double kBegunOfReach = 0.1;  // of a motion that begins
 /// Surfaces are matched badly where another start may find a better pose.
 constexpr double kDoubtful = 0.7;
 constexpr float kLevel = 0.7F;  // cosine between a normal and the vertical
 /// Turns of the prediction about the vertical that are tried then [rad].
 constexpr double kTurns[] = {-0.9, -0.6, -0.3, 0, 0.3, 0.6, 0.9};
-/// So many points choose among these, one of which is better by such a share on surfaces.
+/// Motions from the cloud before, ahead and to the left, in reaches.
+constexpr std::pair<double, double> kMoves[] = {{-0.3, 0}, {-0.15, 0}, {0.15, 0},
+                                                {0.3, 0},  {0, -0.15}, {0, 0.15}};
+/// So many points choose among these, one of which is better by such a share on surfaces; clearly
+/// so where odometry says otherwise.
 constexpr std::size_t kStartPoints = 400;
-constexpr double kBetter = 0.05;
+constexpr double kBetter = 0.01;
+constexpr double kClearlyBetter = 0.05;
 constexpr double kOneTurn = 0.02;  // rad, between starts that lead to one pose
 /// They are first moved onto surfaces of so many spacings, which catch them from farther.
 constexpr double kCoarse = 3;
@@ -57,6 +63,13 @@ Matrix6 prediction_covariance(const std::optional<UncertainMotion3>& odometry, c
   return odometry->covariance + Matrix6(sigmas.cwiseAbs2().asDiagonal());
 }
 
+/// Of a motion that may begin or end, where odometry does not tell it.
+Matrix6 changes(const std::optional<UncertainMotion3>& odometry, double reach) {
+  Matrix6 out = Matrix6::Zero();
+  if (!odometry) out.diagonal().head<3>().setConstant(std::pow(kBegunOfReach * reach, 2));
+  return out;
+}
+
 bool is_near(const SE3& a, const SE3& b, double distance) {
   const SE3 off = a.between(b);
   return off.translation().norm() < distance && off.rotation().log().norm() < kOneTurn;
@@ -65,6 +78,23 @@ bool is_near(const SE3& a, const SE3& b, double distance) {
 bool is_likely(const SE3& pose, const SE3& predicted, const Matrix6& covariance) {
   const Vector6 off = predicted.between(pose).log();
   return off.dot(covariance.ldlt().solve(off)) < kSurprise * kSurprise;
+}
+
+/// Where a cloud may be that is not where it should be: turned, or, where odometry does not tell
+/// its motion, moved from the one before.
+std::vector<SE3> starts_near(const SE3& predicted, const SE3& last, bool has_odometry,
+                             double reach) {
+  std::vector<SE3> out;
+  for (const SE3& centre : {predicted, last}) {
+    for (const double turn : kTurns) {
+      out.push_back(centre * SE3({0, 0, 0}, SO3::exp(Eigen::Vector3d(0, 0, turn))));
+    }
+  }
+  if (has_odometry) return out;
+  for (const auto& [ahead, left] : kMoves) {
+    out.push_back(last * SE3(reach * Eigen::Vector3d(ahead, left, 0), SO3()));
+  }
+  return out;
 }
 
 /// At most `most` points, of which those on level surfaces, which tell neither place nor heading,
@@ -85,34 +115,30 @@ std::vector<CloudPoint> balanced(const std::vector<CloudPoint>& points, std::siz
 
 /// The best pose near a prediction.
 CloudAlignment CloudTracker::aligned(const std::vector<CloudPoint>& points, const SE3& predicted,
-                                     const Matrix6& covariance, bool is_sure) const {
+                                     const Matrix6& covariance, bool has_odometry) const {
   CloudAlignmentOptions options;
   options.prior = covariance.inverse();
   CloudAlignment best = align(points, *surfaces_, predicted, options);
-  if (is_sure && best.inliers >= kDoubtful) return best;
+  if (has_odometry && best.inliers >= kDoubtful) return best;
   const std::vector<CloudPoint> few = chosen(points, kStartPoints);
   CloudAlignmentOptions quick;
   quick.with_information = false;
   CloudAlignment likely = align(few, *surfaces_, best.pose, quick);
-  const double expected = likely.support;
+  const double expected = likely.support + (has_odometry ? kClearlyBetter : 0);
   std::vector<SE3> seen;
-  for (const SE3& centre : {predicted, maps_.back().poses.back()}) {
-    for (const double turn : kTurns) {
-      const SE3 start = centre * SE3({0, 0, 0}, SO3::exp(Eigen::Vector3d(0, 0, turn)));
-      const SE3 near = align(few, *coarse_, start, quick).pose;
-      if (std::any_of(seen.begin(), seen.end(), [&](const SE3& other) {
-            return is_near(near, other, surfaces_->spacing());
-          })) {
-        continue;
-      }
-      seen.push_back(near);
-      const CloudAlignment other = align(few, *surfaces_, near, quick);
-      if (other.support > likely.support) likely = other;
-    }
+  for (const SE3& start : starts_near(predicted, maps_.back().poses.back(), has_odometry, reach_)) {
+    const SE3 near = align(few, *coarse_, start, quick).pose;
+    const auto is_here = [&](const SE3& other) {
+      return is_near(near, other, surfaces_->spacing());
+    };
+    if (std::any_of(seen.begin(), seen.end(), is_here)) continue;
+    seen.push_back(near);
+    const CloudAlignment other = align(few, *surfaces_, near, quick);
+    if (other.support > likely.support) likely = other;
   }
-  if (likely.support < expected + kBetter) return best;
+  if (likely.support <= expected) return best;
   const CloudAlignment other = align(points, *surfaces_, likely.pose);
-  return other.support > best.support ? other : best;
+  return other.support > best.support + kBetter ? other : best;
 }
 
 /// Surfaces of the last local map, without any yet.
@@ -223,7 +249,8 @@ TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
   CloudAlignment found;
   if (tells) found = aligned(used, predicted, covariance, odometry.has_value());
   const bool good = tells && found.inliers >= options_.min_inliers &&
-                    (found.inliers >= kDoubtful || is_likely(found.pose, predicted, covariance));
+                    (found.inliers >= kDoubtful ||
+                     is_likely(found.pose, predicted, covariance + changes(odometry, reach_)));
   SE3 pose = good ? found.pose : predicted;
   pose.normalize();
   last_motion_ = before.between(pose);

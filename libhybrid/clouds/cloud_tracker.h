@@ -74,7 +74,7 @@ class CloudTracker {
     std::vector<SurfaceShifts> shifts;  // of the points, wherever the cloud is
   };
   CloudAlignment aligned(const std::vector<CloudPoint>& points, const SE3& predicted,
-                         const Matrix6& covariance, bool is_sure) const;
+                         const Matrix6& covariance, bool has_odometry) const;
   void make_surfaces();
   void add_surfaces(const Added& added, const SE3& pose);
   void begin_map();
