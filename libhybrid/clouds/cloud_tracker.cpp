@@ -124,7 +124,7 @@ CloudAlignment CloudTracker::aligned(const std::vector<CloudPoint>& points, cons
   CloudAlignmentOptions quick;
   quick.with_information = false;
   CloudAlignment likely = align(few, *surfaces_, best.pose, quick);
-  const double expected = likely.support + (has_odometry ? kClearlyBetter : 0);
+  const double expected = likely.support;
   std::vector<SE3> seen;
   for (const SE3& start : starts_near(predicted, maps_.back().poses.back(), has_odometry, reach_)) {
     const SE3 near = align(few, *coarse_, start, quick).pose;
@@ -136,7 +136,7 @@ CloudAlignment CloudTracker::aligned(const std::vector<CloudPoint>& points, cons
     const CloudAlignment other = align(few, *surfaces_, near, quick);
     if (other.support > likely.support) likely = other;
   }
-  if (likely.support <= expected) return best;
+  if (has_odometry && likely.support < expected + kClearlyBetter) return best;
   const CloudAlignment other = align(points, *surfaces_, likely.pose);
   return other.support > best.support + kBetter ? other : best;
 }
