@@ -164,7 +164,9 @@ HealthEntry entry_on(const Correction& correction, const RunFacts& facts) {
   if (entry.verdict != HealthVerdict::kGood) {
     entry.knob = knob_of(entry.value > 1, facts.is_by_scans());
   }
-  if (!facts.is_by_scans() && correction.may_be_noise(entry.value)) {  // scans measure it
+  // Scans measure the noise; clouds tell so much that odometry of another drive seems all noise.
+  const bool is_noise = facts.figure("clouds") == 0 || correction.may_be_noise(entry.value);
+  if (!facts.is_by_scans() && is_noise) {
     entry.scale = "reader.odometry_sigma_factor";
   }
   return entry;
