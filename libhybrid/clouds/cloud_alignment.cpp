@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/clouds/detail/distance_row.h"
 #include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/scans/direction_errors.h"
 
@@ -48,13 +49,7 @@ struct Pairing {
   Eigen::Vector3d normal, point;  // in the frame of the points
   double residual = 0;
 
-  Vector6 jacobian() const { return along(normal); }
-  /// Of the distance along a direction.
-  Vector6 along(const Eigen::Vector3d& direction) const {
-    Vector6 out;
-    out << direction, point.cross(direction);
-    return out;
-  }
+  Vector6 jacobian() const { return distance_row(normal, point); }
 };
 
 std::vector<Pairing> pairings_at(const std::vector<CloudPoint>& points, const CloudSurfaces& map,
@@ -102,7 +97,7 @@ Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, doubl
     H.selfadjointView<Eigen::Lower>().rankUpdate(pairing.jacobian(), weight);
     const Eigen::Vector3d across = pairing.normal.unitOrthogonal();
     for (const Eigen::Vector3d& t : {across, Eigen::Vector3d(pairing.normal.cross(across))}) {
-      F.selfadjointView<Eigen::Lower>().rankUpdate(pairing.along(t),
+      F.selfadjointView<Eigen::Lower>().rankUpdate(distance_row(t, pairing.point),
                                                    weight * kDirectionError * kDirectionError);
     }
   }

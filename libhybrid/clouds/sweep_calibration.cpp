@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "libhybrid/clouds/detail/distance_row.h"
+
 namespace hybrid {
 namespace {
 
@@ -34,12 +36,6 @@ bool is_all_around(const std::vector<Eigen::Vector3f>& points, const Eigen::Vect
   const double least = kLeastSector * static_cast<double>(points.size()) / kSectors;
   return std::all_of(counts.begin(), counts.end(),
                      [&](std::size_t count) { return static_cast<double>(count) > least; });
-}
-
-Vector6 along(const Eigen::Vector3d& normal, const Eigen::Vector3d& point) {
-  Vector6 out;
-  out << normal, point.cross(normal);
-  return out;
 }
 
 /// Normal equations of a pose and of the share, with residuals as they would be without shifts.
@@ -107,7 +103,7 @@ std::vector<SurfaceShifts> shifts_at(const SweepCalibration::PoseShifts& pose,
                                      std::vector<SurfaceShifts> shifts) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const CloudPoint& point = points[i];
-    const Vector6 row = along(point.normal.cast<double>(), point.position.cast<double>());
+    const Vector6 row = distance_row(point.normal.cast<double>(), point.position.cast<double>());
     shifts[i] += (pose.transpose() * row).cast<float>();
   }
   return shifts;
@@ -117,6 +113,7 @@ SweepCalibration::PoseShifts SweepCalibration::learn(const std::vector<CloudPoin
                                                      const CloudSurfaces& map,
                                                      const CloudAlignment& found,
                                                      const Prediction& predicted) {
+  if (!applies_ && share_ == 0) return PoseShifts::Zero();  // nothing has moved any cloud so far
   const Eigen::Matrix3d R = found.pose.rotation().matrix();
   Equations equations;
   equations.add<6>(Matrix6::Identity(), predicted.information, -predicted.shifts,
@@ -132,7 +129,7 @@ SweepCalibration::PoseShifts SweepCalibration::learn(const std::vector<CloudPoin
     const Eigen::Vector3d normal = R.transpose() * other->normal.cast<double>();
     const SurfaceShifts shifts = own_shifts(point, normal) - map.shifts_of(*other);
     using Scalar = Eigen::Matrix<double, 1, 1>;
-    equations.add<1>(along(normal, p).transpose(),
+    equations.add<1>(distance_row(normal, p).transpose(),
                      Scalar(pairing_weight(residual, found.sigma, map.spacing())),
                      shifts.cast<double>().transpose(), Scalar(residual));
   }

@@ -26,7 +26,7 @@ SE3 place_at(double time) {
 
 /// What is seen while a lidar turns once, to the left, in `duration` [s]; it looks ahead at `time`.
 std::vector<Eigen::Vector3f> seen_at(double time, double duration, std::mt19937& random) {
-  // The rays of a sweep begin ahead, so that two of half the time make one that begins behind.
+  // sweep_at() begins ahead, so that the halves of two sweeps make one that begins behind.
   const auto pose_at = [&](double later) { return place_at(time + later); };
   std::vector<Eigen::Vector3f> out;
   const testing::Sweep after = testing::sweep_at(cluttered_hall(), pose_at, duration, random);
