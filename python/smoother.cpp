@@ -20,6 +20,7 @@ void bind_reports(py::module_& m) {
   report.kept("status", &UpdateReport::status)
       .kept("relinearized", &UpdateReport::relinearized)
       .kept("eliminated", &UpdateReport::eliminated)
+      .kept("pending", &UpdateReport::pending)
       .kept("flips", &UpdateReport::flips)
       .kept("rounds", &UpdateReport::rounds)
       .kept("exact", &UpdateReport::exact)
@@ -37,6 +38,9 @@ void bind_reports(py::module_& m) {
                     "Objective after every half-step (eq. 10), never rising.")
       .def_property_readonly("relinearized", [](const UpdateReport& r) { return r.relinearized; })
       .def_property_readonly("eliminated", [](const UpdateReport& r) { return r.eliminated; })
+      .def_property_readonly(
+          "pending", [](const UpdateReport& r) { return r.pending; },
+          "Factors that wait to be eliminated.")
       .def_property_readonly(
           "flips", [](const UpdateReport& r) { return r.flips; },
           "Discrete variables whose value changed.")
@@ -71,6 +75,8 @@ void bind_smoother_options(py::module_& m) {
              "whole.")
       .field("bend_share", &SmootherOptions::bend_share,
              "The same as a share of the mean cost of its factors.")
+      .field("defer", &SmootherOptions::defer,
+             "New factors wait until they have cost this share of an elimination.")
       .field("rounds", &SmootherOptions::rounds, "Largest number of alternations per update.")
       .field("recent", &SmootherOptions::recent, "Number of newest poses kept near the root.")
       .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");

@@ -16,6 +16,12 @@ namespace {
 /// more.
 constexpr double kCostByNoise = 1.0;
 
+/// Whether all of some variables are in the cliques of a tree.
+bool are_in(const BayesTree& tree, const std::vector<int>& slots) {
+  return std::all_of(slots.begin(), slots.end(),
+                     [&](int slot) { return tree.system().clique_of(slot) >= 0; });
+}
+
 }  // namespace
 
 void ContinuousHalf::add_variable(Key key, const Values& initial) {
@@ -83,7 +89,7 @@ void ContinuousHalf::enter_new(const std::vector<int>& terms) {
     if (term.tree_factor < 0) models_.enter(t, values());
     if (term.tree_factor >= 0) slots.insert(slots.end(), term.slots.begin(), term.slots.end());
   }
-  order_.start(std::move(slots), estimate_);
+  order_.start(slots, models_.tree().pending() > 0, estimate_);
 }
 
 void ContinuousHalf::choose(int t, const Component& component) {
@@ -123,13 +129,16 @@ void ContinuousHalf::leave_off(const std::vector<int>& slots) {
 }
 
 bool ContinuousHalf::eliminate(const Given& given, UpdateReport& report) {
-  models_.linearize_eliminated(values());
   const MapOf map(map_kind_, estimate_, terms(), moved_);
+  const std::vector<int> behind = order_.behind(values());
+  if (are_in(models_.tree(), behind) && models_.tree().defer(leeway_.defer, map.charts()))
+    return true;
+  models_.linearize_eliminated(values());
   const auto determined = [&](const std::vector<int>& slots) {
     return are_determined(slots, models_, estimate_, given.graph, given.assignment);
   };
   const EliminationReport done =
-      models_.tree().eliminate(order_.last(), determined, order_.behind(values()), map.charts());
+      models_.tree().eliminate(order_.last(), determined, behind, map.charts());
   report.eliminated += done.variables;
   report.cliques += done.cliques;
   if (done.singular < 0) return true;

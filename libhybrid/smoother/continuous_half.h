@@ -17,10 +17,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a half-step may leave undone, in units of the objective.
+/// What a half-step may leave undone, in units of the objective, and what it may put off.
 struct Leeway {
   double relinearize = 0.0, wildfire = 0.0, bend = 0.0, bend_share = 0.0;  ///< see SmootherOptions
   double minor = 0.0;  ///< not worth damped steps
+  double defer = 0.0;  ///< see SmootherOptions
 };
 
 /// What the continuous variables are solved for (eq. 8b): the terms are the factors of the graph,
@@ -70,7 +71,8 @@ class ContinuousHalf {
   /// Makes the models of these variables again in the next update.
   void leave_off(const std::vector<int>& slots);
 
-  /// Eliminates what has changed. Returns false, with a status, where something is not determined.
+  /// Takes what has changed into the solution, by eliminating it where it cannot be put off.
+  /// Returns false, with a status, where something is not determined.
   bool eliminate(const Given& given, UpdateReport& report);
   /// The same for what is new. Where weak components alone determine variables, these enter the
   /// tree, for good.

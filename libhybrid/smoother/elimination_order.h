@@ -18,9 +18,11 @@ class EliminationOrder {
   void enter_pose(Key key) { recent_.push_back(key); }
   void keep_last(const std::vector<Key>& keys) { kept_ = keys; }
 
-  /// Begins with the slots of the variables of new factors; the newest poses follow.
-  void start(std::vector<int> slots, const JournaledValues& values) {
-    last_ = std::move(slots);
+  /// Begins anew with the slots of the variables of new factors, or goes on with them where earlier
+  /// ones are still to be eliminated; the newest poses follow.
+  void start(const std::vector<int>& slots, bool goes_on, const JournaledValues& values) {
+    if (!goes_on) last_.clear();
+    last_.insert(last_.end(), slots.begin(), slots.end());
     for (Key key : recent_) {
       if (values->contains(key) && !values.is_removed(key)) last_.push_back(values->slot(key));
     }

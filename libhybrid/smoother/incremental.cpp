@@ -46,6 +46,7 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   } else if (own) {
     state_.commit(options_.recent);
   }
+  report.pending = tree().pending();
   report.objective_after = objective();
   report.seconds = seconds_since(start);
   return report;
@@ -57,7 +58,8 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
 }
 
 Leeway IncrementalSmoother::usual_leeway() const {
-  return {options_.relinearize, options_.wildfire, options_.bend, options_.bend_share, kMinorGain};
+  return {options_.relinearize, options_.wildfire, options_.bend,
+          options_.bend_share,  kMinorGain,        options_.defer};
 }
 
 UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leeway) {
@@ -113,12 +115,15 @@ UpdateReport IncrementalSmoother::settle(int max_updates) {
   continuous().choose_off();
   UpdateReport report;
   report.objective_before = report.objective_after = objective();
+  int idle = 0;  // updates in a row that brought nothing
   for (int k = 0; k < max_updates; ++k) {
     const double before = objective();
     const UpdateReport one = update({}, fine);
     report.go_on(one);
     if (one.status != UpdateReport::Status::kOk) break;
-    if (one.flips == 0 && before - objective() <= fine.minor) break;
+    idle = one.flips == 0 && before - objective() <= fine.minor ? idle + 1 : 0;
+    // One that took its step back made linear models that the next one begins with.
+    if (idle > (one.open > fine.minor ? 1 : 0)) break;
   }
   return report;
 }

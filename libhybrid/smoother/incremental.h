@@ -27,6 +27,9 @@ struct SmootherOptions {
   /// with 1, which noise as stated comes to. So estimates are off by no more than a small share of
   /// what noise leaves them off by, however many there are.
   double bend_share = 1e-3;
+  /// New factors, and variables that one of them determines, are taken into the solution without an
+  /// elimination, until that has cost this share of an elimination. Zero: each update eliminates.
+  double defer = 1.0;
   /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
   /// There is a further one where something flipped, or where the linear models that are to be made
   /// again are off by more than one unit of the objective in all.

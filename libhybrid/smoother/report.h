@@ -16,6 +16,7 @@ struct UpdateWork {
   int relinearized = 0;           ///< factors linearised again, over all rounds
   int eliminated = 0;             ///< variables eliminated again, over all rounds
   int cliques = 0;                ///< cliques made, over all rounds
+  int pending = 0;                ///< factors that wait to be eliminated, after it
   int flips = 0;                  ///< discrete variables whose value changed
   int components = 0;             ///< components of the discrete graph solved
   int rounds = 0;                 ///< continuous half-steps
@@ -29,6 +30,7 @@ struct UpdateWork {
     relinearized += later.relinearized;
     eliminated += later.eliminated;
     cliques += later.cliques;
+    pending = later.pending;
     flips += later.flips;
     components += later.components;
     rounds += later.rounds;

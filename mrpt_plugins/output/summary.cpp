@@ -334,11 +334,11 @@ Json summary_json(const GraphSummary& s) {
 std::string steps_csv(const std::vector<StepRecord>& steps) {
   std::string text =
       "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks,"
-      "plugin_ms\n";
+      "plugin_ms,eliminated,pending\n";
   for (const StepRecord& s : steps) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", s.keyframe, s.time,
-                   1e3 * s.seconds, s.rounds, s.flips, s.relinearized, s.objective_after, s.cost,
-                   s.landmarks, s.plugin_ms);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{}\n", s.keyframe,
+                   s.time, 1e3 * s.seconds, s.rounds, s.flips, s.relinearized, s.objective_after,
+                   s.cost, s.landmarks, s.plugin_ms, s.eliminated, s.pending);
   }
   return text;
 }

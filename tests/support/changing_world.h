@@ -111,7 +111,7 @@ class ChangingWorld {
 /// The whole state of a smoother as numbers.
 inline std::vector<double> state(const IncrementalSmoother& smoother) {
   std::vector<double> all = {smoother.objective(), smoother.constant(), smoother.cost(),
-                             smoother.tree().cliques().log_determinant(),
+                             smoother.tree().log_determinant(),
                              static_cast<double>(smoother.graph().size())};
   for (Key key : smoother.values().keys()) {
     const double* x = smoother.values().data(key);

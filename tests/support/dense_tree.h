@@ -54,6 +54,26 @@ class Pair {
     }
   }
 
+  /// A random addition: variables that one factor each determines beside another one, and factors.
+  void grow() {
+    next_dims_ = dims_;
+    next_factors_ = factors_;
+    for (int k = random_.below(3); k > 0; --k) {
+      const int other = any();
+      const int v = add_variable(false);
+      add_factor({v, other}, next_dims_[v]);
+    }
+    for (int k = random_.below(3); k > 0; --k) add_factor({any(), any()}, 1 + random_.below(6));
+  }
+
+  /// Takes it into the solution without an elimination, where that can be done.
+  bool defer(double share = 1e9) {
+    if (!tree_.defer(share)) return false;
+    dims_ = next_dims_;
+    factors_ = next_factors_;
+    return true;
+  }
+
   EliminationReport eliminate() {
     std::vector<int> last;
     for (const auto& [v, dim] : next_dims_) {
@@ -108,7 +128,7 @@ class Pair {
   std::vector<double> state() const {
     std::vector<double> all = {static_cast<double>(tree_.cliques().factor_size()),
                                static_cast<double>(tree_.cliques().count()),
-                               tree_.cliques().log_determinant()};
+                               tree_.log_determinant()};
     for (const auto& [v, dim] : dims_)
       all.insert(all.end(), tree_.system().delta(v), tree_.system().delta(v) + dim);
     for (const auto& [f, factor] : factors_) all.push_back(tree_.system().linear_cost(f));
@@ -180,32 +200,33 @@ class Pair {
   int random_factor() { return std::next(factors_.begin(), random_.below(factors_.size()))->first; }
 
   /// Adds a variable, mostly with a factor to another variable or a prior.
-  void add_variable(bool held = true) {
+  int add_variable(bool held = true) {
     int v = 0;
     while (next_dims_.count(v) != 0 || dims_.count(v) != 0 || gone_.count(v) != 0) ++v;
     const bool alone = next_dims_.empty() || random_.below(10) == 0;
     const int other = alone ? v : any();
     next_dims_[v] = 1 + random_.below(6);
     tree_.add_variable(v, next_dims_[v]);
-    if (!held) return;
+    if (!held) return v;
     add_factor({v});
     if (!alone) add_factor({v, other});
+    return v;
   }
 
-  void add_factor(const std::set<int>& variables) {
+  void add_factor(const std::set<int>& variables, int rows = 6) {
     Factor factor;
     factor.variables.assign(variables.begin(), variables.end());
     if (random_.below(2) == 0) std::reverse(factor.variables.begin(), factor.variables.end());
     const int f = tree_.add_factor(factor.variables);
     next_factors_[f] = factor;
-    fill(f);
+    fill(f, rows);
   }
 
-  void fill(int f) {
+  void fill(int f, int rows = 6) {
     Factor& factor = next_factors_.at(f);
     int columns = 1;
     for (int v : factor.variables) columns += next_dims_.at(v);
-    factor.a.resize(6, columns);
+    factor.a.resize(rows, columns);
     for (int i = 0; i < factor.a.size(); ++i) factor.a.data()[i] = random_.normal();
     ASSERT_EQ(tree_.system().factor(f).order, columns);
     const Eigen::MatrixXd h = factor.a.transpose() * factor.a;

@@ -18,39 +18,62 @@ constexpr double kShareForRest = 0.5;
 /// One solution for the steps, from the top of the tree down to where they matter.
 class BackSubstitution {
  public:
-  BackSubstitution(LinearSystem& system, Cliques& cliques, Charts* charts, double threshold,
-                   const Bend& bend)
-      : system_(system), cliques_(cliques), charts_(charts), threshold_(threshold), bend_(bend) {}
+  BackSubstitution(const TreeParts& tree, Charts* charts, double threshold, const Bend& bend)
+      : system_(tree.system),
+        cliques_(tree.cliques),
+        pending_(tree.pending),
+        charts_(charts),
+        threshold_(threshold),
+        bend_(bend) {}
   /// Resets the marks of the solution, finished or interrupted.
   ~BackSubstitution() {
-    for (int c : cliques_.fresh()) cliques_[c].pending = false;
-    for (int c : cliques_.pending()) cliques_[c].pending = false;
+    if (!began_) return;
+    for (int c : cliques_.fresh()) cliques_[c].unsolved = false;
+    for (int c : cliques_.unsolved()) cliques_[c].unsolved = false;
     for (int c : visited_) cliques_[c].visit = TreeClique::Visit::kNone;
   }
 
-  void solve() {
-    double gain = 0.0;  // by the cliques that are to be solved, if all below them follows
-    for (const std::vector<int>* cliques : {&cliques_.fresh(), &cliques_.pending()}) {
-      for (int c : *cliques) {
-        see(cliques_[c]);
-        gain += prepare(cliques_[c], view_.data());
-      }
-    }
+  /// Returns whether it was worth it.
+  bool solve() {
+    const double gain = gain_of_all();
+    if (gain <= bend_.whole) return false;
+    began_ = true;
     may_rise_ = kShareForRest * gain;
     // All above a new clique is new.
     for (int c : cliques_.fresh()) {
-      cliques_[c].pending = true;
+      cliques_[c].unsolved = true;
+      if (cliques_[c].parent < 0) stack_.push_back(c);
+    }
+    // What is below a root that is to be solved comes after it.
+    for (int c : cliques_.unsolved()) {
       if (cliques_[c].parent < 0) stack_.push_back(c);
     }
     propagate();
-    for (int c : cliques_.pending()) {
-      if (!cliques_[c].pending) continue;
+    for (int c : cliques_.unsolved()) {
+      if (!cliques_[c].unsolved) continue;
       stack_.push_back(c);
       propagate();
     }
+    return true;
   }
 
  private:
+  /// By how much the linearised objective falls where all that is to be solved is, if all below
+  /// follows.
+  double gain_of_all() {
+    double gain = 0.0;
+    std::vector<double> by_pending;
+    for (const std::vector<int>* cliques : {&cliques_.fresh(), &cliques_.unsolved()}) {
+      for (int c : *cliques) {
+        see(cliques_[c]);
+        gain += prepare(cliques_[c], view_.data());
+        pending_.add_rows(cliques_[c], left_.data(), by_pending);
+      }
+    }
+    for (double row : by_pending) gain += 0.5 * row * row;
+    return gain;
+  }
+
   /// Solves cliques on the stack and below. Where that gains no more than the threshold a clique
   /// keeps its steps, and what is below is visited all the same: the change above may matter there.
   /// But before anything is solved below it, it is solved itself. Else its error, worth little
@@ -61,9 +84,9 @@ class BackSubstitution {
       stack_.pop_back();
       TreeClique& clique = cliques_[c];
       if (clique.visit == TreeClique::Visit::kSolved || is_left(c)) continue;
-      const bool worth = prepare(clique, clique.seen()) > threshold_;
+      const bool worth = prepare(clique, clique.seen()) > threshold_ || clique.pulled >= 0;
       if (worth && solve_kept_ancestors(c)) {
-        clique.pending = true;  // what it sees next is not compared with what it has seen now
+        clique.unsolved = true;  // what it sees next is not compared with what it has seen now
         continue;
       }
       if (worth && follow_.found) {
@@ -74,22 +97,29 @@ class BackSubstitution {
       if (worth) solve_prepared(clique);
       if (clique.visit == TreeClique::Visit::kNone) visited_.push_back(c);
       clique.visit = worth ? TreeClique::Visit::kSolved : TreeClique::Visit::kKept;
-      clique.pending = false;
+      clique.unsolved = false;
       stack_.insert(stack_.end(), clique.children.begin(), clique.children.end());
     }
   }
 
   /// Whether a clique and all below it stay as they are, moved with their separator where they may.
-  /// Otherwise it has noted what it sees.
+  /// Otherwise it has noted what it sees. Where pending rows pull, which the bounds of what staying
+  /// costs do not know, a clique stays only where nothing has changed.
   bool is_left(int c) {
     TreeClique& clique = cliques_[c];
     see(clique);
     follow_.found = false;
-    const bool is_as_before = !clique.pending && clique.visit == TreeClique::Visit::kNone;
-    if (is_as_before && may_bend(clique, view_, [&] { return rise_of_staying(c); })) return true;
-    follow_.found = charts_ != nullptr && is_as_before && follow(clique);
-    if (follow_.found &&
-        may_bend(clique, follow_.view, [&] { return prepare(clique, follow_.view.data()); })) {
+    const bool is_pulled = clique.pulled >= 0;
+    const bool is_as_before = !clique.unsolved && clique.visit == TreeClique::Visit::kNone;
+    const bool stays =
+        is_pulled
+            ? std::equal(view_.begin(), view_.end(), clique.seen())
+            : is_as_before && may_bend(clique, view_, [&] { return rise_of_leaving(c, nullptr); });
+    if (is_as_before && stays) return true;
+    follow_.found = charts_ != nullptr && (is_as_before || is_pulled) && follow(clique);
+    if (follow_.found && !is_pulled && may_bend(clique, follow_.view, [&] {
+          return rise_of_leaving(c, &follow_.motion.newest);
+        })) {
       move(c);
       return true;
     }
@@ -180,19 +210,19 @@ class BackSubstitution {
   template <class Rise>
   bool may_bend(const TreeClique& clique, const std::vector<double>& view, const Rise& rise) {
     const double most = strain(clique, view);
-    if (most <= bend_.whole) return true;
+    if (most <= std::min(bend_.whole, threshold_)) return true;
     if (most > bend_.whole + bend_.per_factor * clique.factors_below) return false;
-    const double cost = rise();
+    const double cost = most <= may_rise_ && most <= bend_.whole ? most : rise();
     if (cost > may_rise_) return false;
     may_rise_ -= cost;
     return true;
   }
 
-  /// By how much the linearised objective rises where a clique, which sees its separator as in
-  /// view_, and all below it stay: the sum over the cliques that see something else than they have
-  /// seen, from level to level of the tree. Where a level adds less than half of the one above,
-  /// those below count as a geometric series. Ends at more than may be spent.
-  double rise_of_staying(int c) {
+  /// By how much the linearised objective rises where a clique and all below it stay, or are moved
+  /// as a whole: the sum over the cliques that see something else than they have seen, from level
+  /// to level of the tree. Where a level adds less than half of the one above, those below count as
+  /// a geometric series. Ends at more than may be spent.
+  double rise_of_leaving(int c, const MapMotion* motion) {
     double rise = 0.0, above = 0.0;
     std::vector<int> level{c}, below;
     while (!level.empty() && rise <= may_rise_) {
@@ -200,9 +230,13 @@ class BackSubstitution {
       below.clear();
       for (std::size_t k = 0; k < level.size() && rise + own <= may_rise_; ++k) {
         const TreeClique& clique = cliques_[level[k]];
-        see(clique);
-        if (strain(clique, view_) <= bend_.whole) continue;
-        own += prepare(clique, view_.data());
+        see_as_left(clique, cliques_[c], motion);
+        const double most = strain(clique, left_view_);
+        if (most <= bend_.whole) {
+          own += most;
+          continue;
+        }
+        own += prepare(clique, left_view_.data());
         below.insert(below.end(), clique.children.begin(), clique.children.end());
       }
       rise += own;
@@ -213,8 +247,35 @@ class BackSubstitution {
       above = own;
       level.swap(below);
     }
-    see(cliques_[c]);
     return rise;
+  }
+
+  /// What a clique in the subtree below `top`, itself included, sees where all of it stays, or is
+  /// moved as a whole: what it has seen, but for the separator of `top`, which is where it is.
+  void see_as_left(const TreeClique& clique, const TreeClique& top, const MapMotion* motion) {
+    const auto first = top.variables.begin() + top.frontals;
+    left_view_.resize(clique.separator_dim());
+    Chart chart = clique.chart();
+    MapMotion moved;
+    if (motion != nullptr) {
+      std::copy_n(chart.motion, moved.size(), moved.begin());
+      charts_->add(*motion, moved.data());
+      chart.motion = moved.data();
+    }
+    if (charts_ != nullptr) {
+      charts_->see(clique.variables, clique.frontals, chart, left_view_.data());
+    } else {
+      system_.copy_deltas(clique.variables, clique.frontals, clique.variables.size(),
+                          left_view_.data());
+    }
+    std::size_t at = 0;
+    for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
+      const int dim = system_.dim(clique.variables[k]);
+      if (std::find(first, top.variables.end(), clique.variables[k]) == top.variables.end()) {
+        std::copy_n(clique.seen() + at, dim, left_view_.data() + at);
+      }
+      at += dim;
+    }
   }
 
   /// Gathers the steps of a clique's variables and its right-hand side given the steps that it sees
@@ -228,13 +289,16 @@ class BackSubstitution {
     step_.resize(n);
     std::copy_n(seen, s, system_.copy_deltas(clique.variables, 0, clique.frontals, step_.data()));
     rhs_.resize(f);
+    left_.resize(f);
     const auto dot = kernels().dot;
+    const double* pull = pending_.pull_on(clique);
     double gain = 0.0;
     for (int j = 0; j < f; ++j) {
       const double* column = clique.columns() + static_cast<std::size_t>(j) * n;
       rhs_[j] = column[n - 1] + dot(column + f, step_.data() + f, s);
-      const double left = rhs_[j] + dot(column + j, step_.data() + j, f - j);
-      gain += left * left;
+      if (pull != nullptr) rhs_[j] += pull[j];
+      left_[j] = rhs_[j] + dot(column + j, step_.data() + j, f - j);
+      gain += left_[j] * left_[j];
     }
     return 0.5 * gain;
   }
@@ -262,14 +326,17 @@ class BackSubstitution {
 
   LinearSystem& system_;
   Cliques& cliques_;
+  const PendingRows& pending_;
   Charts* const charts_;
   const double threshold_;
   const Bend bend_;
-  double may_rise_ = 0.0;           // by how much the objective may still rise
-  std::vector<int> stack_;          // cliques to be solved
-  std::vector<int> visited_;        // cliques
-  std::vector<double> step_, rhs_;  // of the clique that was prepared last
-  std::vector<double> view_;        // of the separator that was seen last
+  bool began_ = false;
+  double may_rise_ = 0.0;                  // by how much the objective may still rise
+  std::vector<int> stack_;                 // cliques to be solved
+  std::vector<int> visited_;               // cliques
+  std::vector<double> step_, rhs_, left_;  // of the clique that was prepared last
+  std::vector<double> view_;               // of the separator that was seen last
+  std::vector<double> left_view_;          // the same, of one that may be left
   struct {
     bool found = false;
     CliqueMotion motion;
@@ -279,10 +346,8 @@ class BackSubstitution {
 
 }  // namespace
 
-void back_substitute(LinearSystem& system, Cliques& cliques, Charts* charts, double threshold,
-                     const Bend& bend) {
-  BackSubstitution(system, cliques, charts, threshold, bend).solve();
-  cliques.note_solved();
+void back_substitute(const TreeParts& tree, Charts* charts, double threshold, const Bend& bend) {
+  if (BackSubstitution(tree, charts, threshold, bend).solve()) tree.cliques.note_solved();
 }
 
 }  // namespace hybrid

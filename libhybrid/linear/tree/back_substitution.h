@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include "libhybrid/linear/tree/cliques.h"
+#include "libhybrid/linear/tree/pending_rows.h"
 
 namespace HYBRID_API hybrid {
 
@@ -14,7 +14,6 @@ struct Bend {
 
 /// Solves for the steps, from the top of a Bayes tree down to where they matter: see
 /// BayesTree::solve. The system lists the variables that have moved.
-void back_substitute(LinearSystem& system, Cliques& cliques, Charts* charts, double threshold,
-                     const Bend& bend);
+void back_substitute(const TreeParts& tree, Charts* charts, double threshold, const Bend& bend);
 
 }  // namespace hybrid

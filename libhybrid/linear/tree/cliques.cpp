@@ -128,7 +128,8 @@ void Cliques::free(int c) noexcept {
   for (std::vector<int>* list : {&clique.children, &clique.variables, &clique.factors})
     list->clear();
   clique.frontals = 0;
-  clique.detached = clique.pending = clique.free = clique.charted = false;
+  clique.detached = clique.unsolved = clique.free = clique.charted = false;
+  clique.pulled = -1;
   clique.born = clique.saved = clique.saved_motion = 0;
   numbers_.give(c);
   --count_;
@@ -136,12 +137,12 @@ void Cliques::free(int c) noexcept {
 
 void Cliques::replace_detached(const std::vector<int>& made) {
   const auto is_detached = [&](int c) { return cliques_[c].detached; };
-  for (std::vector<int>* list : {&fresh_, &pending_}) {
+  for (std::vector<int>* list : {&fresh_, &unsolved_}) {
     list->erase(std::remove_if(list->begin(), list->end(), is_detached), list->end());
   }
   fresh_.insert(fresh_.end(), made.begin(), made.end());
   for (int c : detached_) {
-    cliques_[c].pending = false;
+    cliques_[c].unsolved = false;
     if (cliques_[c].born == saved_.epoch()) {
       free(c);
     } else {
@@ -151,12 +152,30 @@ void Cliques::replace_detached(const std::vector<int>& made) {
   detached_.clear();
 }
 
+void Cliques::add_leaf(int c, int parent) {
+  leaves_.emplace_back(c, parent);
+  cliques_[c].parent = parent;
+  cliques_[parent].children.push_back(c);
+  set_unsolved(c);
+}
+
+void Cliques::cut_leaves(std::size_t leaves) noexcept {
+  for (; leaves_.size() > leaves; leaves_.pop_back()) {
+    const auto [c, parent] = leaves_.back();
+    std::vector<int>& children = cliques_[parent].children;
+    if (!children.empty() && children.back() == c) children.pop_back();
+    if (!unsolved_.empty() && unsolved_.back() == c) unsolved_.pop_back();
+    cliques_[c].unsolved = false;
+  }
+}
+
 void Cliques::commit() noexcept {
   for (int c : retired_) free(c);
   numbers_.commit();
   saved_.commit();
   retired_.clear();
   born_.clear();
+  leaves_.clear();
 }
 
 /// Restores a clique that was replaced.
@@ -171,16 +190,17 @@ void Cliques::reinstate(int c, LinearSystem& system) noexcept {
 void Cliques::roll_back(const Mark& mark, LinearSystem& system) noexcept {
   saved_.roll_back(mark.seen,
                    [&](int c) { return c < 0 ? cliques_[~c].motion() : cliques_[c].seen(); });
+  cut_leaves(mark.leaves);
   for (std::size_t i = mark.born; i < born_.size(); ++i) {
     if (cliques_[born_[i]].born >= mark.epoch) free(born_[i]);
   }
   for (std::size_t i = mark.retired; i < retired_.size(); ++i) reinstate(retired_[i], system);
   for (int c : detached_) reinstate(c, system);  // by an interrupted elimination
   numbers_.roll_back(mark.numbers);
-  for (int c : pending_) cliques_[c].pending = false;
+  for (int c : unsolved_) cliques_[c].unsolved = false;
   fresh_ = mark.fresh;
-  pending_ = mark.pending;
-  for (int c : pending_) cliques_[c].pending = true;
+  unsolved_ = mark.unsolved;
+  for (int c : unsolved_) cliques_[c].unsolved = true;
   retired_.resize(mark.retired);
   born_.resize(mark.born);
   detached_.clear();

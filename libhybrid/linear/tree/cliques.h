@@ -27,9 +27,10 @@ struct TreeClique {
   int factors_below = 0;  ///< with its own
   Block storage;
   bool detached = false;  ///< replaced, or being replaced
-  bool pending = false;   ///< its step was overridden: to be solved again
+  bool unsolved = false;  ///< its step was overridden: to be solved again
   bool free = false;      ///< no variable of it or below is held in the map
   bool charted = false;
+  int pulled = -1;            ///< number of the pull of pending rows on it
   unsigned born = 0;          ///< epoch in which it was made
   unsigned saved = 0;         ///< epoch in which what it sees was last saved, or began
   unsigned saved_motion = 0;  ///< or its motion alone
@@ -84,17 +85,6 @@ class Cliques {
   void detach(const std::vector<int>& touched);
   const std::vector<int>& detached() const { return detached_; }
   const std::vector<int>& orphans() const { return orphans_; }
-  /// Visits the factors in the detached cliques, and those that are in none yet.
-  template <class Visit>
-  void visit_factors(const LinearSystem& system, const Visit& visit) const {
-    const auto visit_alive = [&](int f) {
-      if (system.factor(f).alive) visit(f);
-    };
-    for (int c : detached_) {
-      for (int f : cliques_[c].factors) visit_alive(f);
-    }
-    for (int f : system.changes(LinearSystem::kNewFactors)) visit_alive(f);
-  }
   /// Keeps what is detached.
   void keep_detached() {
     for (int c : detached_) cliques_[c].detached = false;
@@ -111,18 +101,23 @@ class Cliques {
   }
   /// Replaces the detached cliques by new ones, which are linked already.
   void replace_detached(const std::vector<int>& made);
+  /// Hangs a new clique below another, which stays as it is.
+  void add_leaf(int c, int parent);
+  std::size_t leaves() const { return leaves_.size(); }
+  /// Takes away the leaves that were added after there were so many. Their numbers are not freed.
+  void cut_leaves(std::size_t leaves) noexcept;
 
   /// Cliques to be solved: new ones, and those with overridden steps.
   const std::vector<int>& fresh() const { return fresh_; }
-  const std::vector<int>& pending() const { return pending_; }
-  void set_pending(int c) {
-    if (cliques_[c].pending) return;
-    pending_.push_back(c);
-    cliques_[c].pending = true;
+  const std::vector<int>& unsolved() const { return unsolved_; }
+  void set_unsolved(int c) {
+    if (cliques_[c].unsolved) return;
+    unsolved_.push_back(c);
+    cliques_[c].unsolved = true;
   }
   void note_solved() {
     fresh_.clear();
-    pending_.clear();
+    unsolved_.clear();
   }
   /// Saves what a clique sees, and its motion, before they change.
   void save_seen(int c) {
@@ -137,14 +132,14 @@ class Cliques {
   }
 
   struct Mark {
-    std::size_t retired = 0, born = 0, seen = 0, numbers = 0;
-    std::vector<int> fresh, pending;
+    std::size_t retired = 0, born = 0, leaves = 0, seen = 0, numbers = 0;
+    std::vector<int> fresh, unsolved;
     unsigned epoch = 1;  ///< cliques made since then have this one or a later one
   };
   void commit() noexcept;
   Mark mark() {
-    return {retired_.size(), born_.size(), saved_.mark(), numbers_.mark(),
-            fresh_,          pending_,     saved_.epoch()};
+    return {retired_.size(), born_.size(), leaves_.size(), saved_.mark(),
+            numbers_.mark(), fresh_,       unsolved_,      saved_.epoch()};
   }
   void roll_back(const Mark& mark, LinearSystem& system) noexcept;
 
@@ -156,12 +151,13 @@ class Cliques {
   FreeList numbers_;
   int count_ = 0;
   std::vector<int> detached_, orphans_;
-  std::vector<int> fresh_, pending_;
+  std::vector<int> fresh_, unsolved_;
 
   // Since the last commit.
-  std::vector<int> retired_;  // cliques that were replaced
-  std::vector<int> born_;     // cliques made, some of them freed again
-  Journal<double> saved_;     // what cliques see, and by ~c the motion of clique c alone
+  std::vector<int> retired_;                 // cliques that were replaced
+  std::vector<int> born_;                    // cliques made, some of them freed again
+  std::vector<std::pair<int, int>> leaves_;  // and those of them hung below an older one, and that
+  Journal<double> saved_;  // what cliques see, and by ~c the motion of clique c alone
 };
 
 }  // namespace hybrid

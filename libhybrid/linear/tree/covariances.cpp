@@ -132,6 +132,23 @@ class TurnedClique {
   TurnedVariables turned_;
 };
 
+/// Rows of the separator of a clique among all rows of its parent. `offset`, by variable, is
+/// scratch.
+std::vector<int> separator_rows(const LinearSystem& system, const TreeClique& clique,
+                                const TreeClique& parent, std::vector<int>& offset) {
+  int at = 0;
+  for (int v : parent.variables) {
+    offset[v] = at;
+    at += system.dim(v);
+  }
+  std::vector<int> rows;
+  for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
+    const int v = clique.variables[k];
+    for (int i = 0; i < system.dim(v); ++i) rows.push_back(offset[v] + i);
+  }
+  return rows;
+}
+
 }  // namespace
 
 Eigen::MatrixXd TreeCovariances::joint(const std::vector<int>& variables) const {
@@ -140,12 +157,26 @@ Eigen::MatrixXd TreeCovariances::joint(const std::vector<int>& variables) const 
   return joint(variables, Eigen::MatrixXd::Identity(dims, dims));
 }
 
-// With the factor L of the information matrix, the covariance is z' z where L z = J'. A column of z
-// is zero off the paths of its variables to the root, so only the union of the paths is visited.
-// What is common to the variables cancels on the way, before it is squared.
+// With the factor L of the information matrix, the covariance is z' z where L z = J', less what
+// pending rows say. What is common to the variables cancels on the way, before it is squared.
 Eigen::MatrixXd TreeCovariances::joint(const std::vector<int>& variables,
                                        const Eigen::MatrixXd& J) const {
-  const std::vector<int> path = cliques_.paths_of(variables, system_);
+  const PathRows rows = substitute(variables, J);
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  rank_update(out, rows.z.transpose(), 1.0);
+  if (!pending_.empty()) {
+    rank_update(out, pending_.reduction(rows, cliques_).transpose(), -1.0);
+  }
+  out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
+  return out;
+}
+
+// A column of z is zero off the paths of its variables to the root, so only the union of the paths
+// is visited.
+PathRows TreeCovariances::substitute(const std::vector<int>& variables,
+                                     const Eigen::MatrixXd& J) const {
+  PathRows out{cliques_.paths_of(variables, system_), {}};
+  const std::vector<int>& path = out.path;
   const auto columns = static_cast<int>(J.rows());
   std::unordered_map<int, int> row_of;  // first row by variable
   int rows = 0, tallest = 0;
@@ -157,7 +188,8 @@ Eigen::MatrixXd TreeCovariances::joint(const std::vector<int>& variables,
       rows += system_.dim(clique.variables[k]);
     }
   }
-  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(rows, columns);
+  Eigen::MatrixXd& z = out.z;
+  z = Eigen::MatrixXd::Zero(rows, columns);
   const auto rows_of = [&](int v) { return z.middleRows(row_of.at(v), system_.dim(v)); };
 
   int own = 0;  // first column of a variable in J
@@ -185,19 +217,19 @@ Eigen::MatrixXd TreeCovariances::joint(const std::vector<int>& variables,
     }
     row += f;
   }
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(columns, columns);
-  rank_update(out, z.transpose(), 1.0);
-  out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
   return out;
 }
 
 // From the roots down: with Sigma_SS of the separator from the parent,
 //   Sigma_SF = -Sigma_SS L_SF L_FF^-1  and  Sigma_FF = L_FF^-T (I + L_SF' Sigma_SS L_SF) L_FF^-1.
+// Pending rows, with the rows X of their reduction, take Z Z' from that, where
+//   Z_F = L_FF^-T (X_F - L_SF' Z_S).
 void TreeCovariances::visit(
     const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit) const {
   const std::vector<int> cliques = cliques_.top_down();
   const int end = cliques.empty() ? 0 : *std::max_element(cliques.begin(), cliques.end()) + 1;
-  std::vector<Eigen::MatrixXd> joint(end);  // of a clique's variables, until its children are done
+  // Of a clique's variables, until its children are done.
+  std::vector<Eigen::MatrixXd> joint(end), reduced(pending_.empty() ? 0 : end);
   std::vector<int> waiting(end, 0);
   std::vector<int> offset(system_.variable_count(), 0);
   for (int c : cliques) {
@@ -206,18 +238,12 @@ void TreeCovariances::visit(
     const int s = clique.separator_dim();
     Eigen::MatrixXd& sigma = joint[c];
     sigma.resize(f + s, f + s);
+    Eigen::MatrixXd reduced_above;
     if (s > 0) {
-      int at = 0;
-      for (int v : cliques_[clique.parent].variables) {
-        offset[v] = at;
-        at += system_.dim(v);
-      }
-      std::vector<int> rows;  // of the separator in the parent
-      for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
-        const int v = clique.variables[k];
-        for (int i = 0; i < system_.dim(v); ++i) rows.push_back(offset[v] + i);
-      }
+      const std::vector<int> rows =
+          separator_rows(system_, clique, cliques_[clique.parent], offset);
       sigma.bottomRightCorner(s, s) = joint[clique.parent](rows, rows);
+      if (!pending_.empty()) reduced_above = reduced[clique.parent](rows, Eigen::all);
     }
     const Eigen::MatrixXd by = TurnedClique(system_, clique, charts_).rows();
     const Eigen::MatrixXd inverse = by.leftCols(f).inverse().transpose();
@@ -226,15 +252,31 @@ void TreeCovariances::visit(
     sigma.topLeftCorner(f, f).noalias() =
         inverse.transpose() * inverse - gain.transpose() * sigma.bottomLeftCorner(s, f);
     sigma.topRightCorner(f, s) = sigma.bottomLeftCorner(s, f).transpose();
+    if (!pending_.empty()) {
+      Eigen::MatrixXd own = pending_.reduction(clique);
+      if (s > 0) own -= by.rightCols(s) * reduced_above;
+      reduced[c].resize(f + s, own.cols());
+      reduced[c].topRows(f).noalias() = inverse.transpose() * own;
+      if (s > 0) reduced[c].bottomRows(s) = reduced_above;
+    }
     int row = 0;
     for (int k = 0; k < clique.frontals; ++k) {
       const int dim = system_.dim(clique.variables[k]);
-      visit(clique.variables[k], sigma.block(row, row, dim, dim));
+      Eigen::MatrixXd own = sigma.block(row, row, dim, dim);
+      if (!pending_.empty()) {
+        const auto Z = reduced[c].middleRows(row, dim);
+        own -= Z * Z.transpose();
+      }
+      visit(clique.variables[k], own);
       row += dim;
     }
+    const auto forget = [&](int done) {
+      joint[done].resize(0, 0);
+      if (!pending_.empty()) reduced[done].resize(0, 0);
+    };
     waiting[c] = static_cast<int>(clique.children.size());
-    if (waiting[c] == 0) sigma.resize(0, 0);
-    if (clique.parent >= 0 && --waiting[clique.parent] == 0) joint[clique.parent].resize(0, 0);
+    if (waiting[c] == 0) forget(c);
+    if (clique.parent >= 0 && --waiting[clique.parent] == 0) forget(clique.parent);
   }
 }
 

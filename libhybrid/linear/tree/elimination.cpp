@@ -12,17 +12,21 @@
 namespace hybrid {
 namespace {
 
+/// What the factor of a leaf may leave for its separator, as a share of what it has of it:
+/// rounding.
+constexpr double kNothing = 1e-9;
+
 /// One elimination of the part of the tree that changes of the system touch.
 class TreeElimination {
  public:
-  TreeElimination(LinearSystem& system, Cliques& cliques, const Charts* charts,
-                  EliminationWorkspace& workspace)
-      : system_(system),
-        cliques_(cliques),
+  TreeElimination(const TreeParts& tree, const Charts* charts, EliminationWorkspace& workspace)
+      : tree_(tree),
+        system_(tree.system),
+        cliques_(tree.cliques),
         charts_(charts),
         places_(workspace.places),
         front_(workspace.front) {
-    places_.resize(system.variable_count());
+    places_.resize(system_.variable_count());
   }
 
   ~TreeElimination() {
@@ -30,9 +34,44 @@ class TreeElimination {
     for (int v : system_.changes(LinearSystem::kRemovedVariables)) places_[v].local = -1;
   }
 
+  /// See hybrid::eliminate_leaf.
+  int eliminate_leaf(int variable, int factor) {
+    const std::vector<int>& members = system_.factor(factor).variables;
+    const int parent = clique_with_others(variable, members);
+    if (parent < 0) return -1;
+    const bool is_held = charts_ != nullptr && charts_->is_held(variable);
+    if (is_held && cliques_[parent].free) return -1;
+    SymbolicClique symbolic{{0}, {}, {0}, -1};
+    affected_ = {variable};
+    for (int v : members) {
+      if (v == variable) continue;
+      symbolic.separators.push_back(static_cast<int>(affected_.size()));
+      affected_.push_back(v);
+    }
+    for (int v : affected_) problem_.dims.push_back(system_.dim(v));
+    edges_ = {factor};
+    const std::size_t born = cliques_.born();
+    const int id = make_clique(symbolic, {});
+    if (id < 0 || !lifted_variables_.empty() || leaves_something(cliques_[id])) {
+      cliques_.refuse(born);
+      return -1;
+    }
+    TreeClique& leaf = cliques_[id];
+    const auto separator = static_cast<std::size_t>(leaf.order - leaf.frontal_dim);
+    std::fill_n(const_cast<double*>(leaf.update(0)), packed_size(separator), 0.0);
+    leaf.factors = {factor};
+    leaf.factors_below = 1;
+    leaf.free = charts_ != nullptr && !is_held;
+    system_.set_clique(variable, id);
+    system_.set_factor_clique(factor, id);
+    cliques_.add_leaf(id, parent);
+    return id;
+  }
+
   EliminationReport eliminate(const LastVariables& last, const IsDetermined& is_determined) {
     EliminationReport report;
     const std::size_t born = cliques_.born();
+    tree_.touch_waiting();
     cliques_.detach(system_.touched());
     gather_problem();
     const std::vector<SymbolicClique> symbolic =
@@ -60,12 +99,38 @@ class TreeElimination {
     report.cliques = static_cast<int>(made.size());
     link(symbolic, made);
     cliques_.replace_detached(made);
+    tree_.pending.retire(work_);
     if (charts_ == nullptr) return report;
     for (int v : affected_) std::fill_n(system_.edit_delta(v), system_.dim(v), 0.0);
     return report;
   }
 
  private:
+  /// A clique that has all but one of some variables; -1 if there is none.
+  int clique_with_others(int variable, const std::vector<int>& members) const {
+    for (int v : members) {
+      const int c = system_.clique_of(v);
+      if (c < 0) continue;
+      const std::vector<int>& all = cliques_[c].variables;
+      const auto has = [&](int other) {
+        return other == variable || std::find(all.begin(), all.end(), other) != all.end();
+      };
+      if (std::all_of(members.begin(), members.end(), has)) return c;
+    }
+    return -1;
+  }
+
+  /// Whether a clique of one factor leaves more than rounding for its separator.
+  static bool leaves_something(const TreeClique& clique) {
+    const int size = clique.order - clique.frontal_dim;
+    double left = 0.0, had = 0.0;
+    for (int k = 0; k + 1 < size; ++k) left += clique.update(k)[k];
+    for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
+      had += clique.scales()[k - clique.frontals];
+    }
+    return !(left <= kNothing * had);
+  }
+
   /// The elimination problem of the detached part: its variables, its factors, and the separators
   /// of the subtrees below it (orphans).
   void gather_problem() {
@@ -89,7 +154,7 @@ class TreeElimination {
       problem_.close_edge();
       edges_.push_back(edge);
     };
-    cliques_.visit_factors(system_, [&](int f) { add_edge(system_.factor(f).variables, 0, f); });
+    tree_.visit_factors([&](int f) { add_edge(system_.factor(f).variables, 0, f); });
     for (int o : cliques_.orphans()) add_edge(cliques_[o].variables, cliques_[o].frontals, -1 - o);
   }
 
@@ -226,7 +291,9 @@ class TreeElimination {
     diagonal_.resize(f);
     for (int j = 0; j < f; ++j) diagonal_[j] = front_.column(j)[j];
     const int failed = front_.factorize(f, least_.data(), lifted_);
-    note_work(double(f) * clique.order * clique.order);
+    const double work = double(f) * clique.order * clique.order;
+    note_work(work);
+    work_ += work;
     if (failed >= 0) return variable_of[failed];
     for (int column : lifted_) lifted_variables_.push_back(variable_of[column]);
     return -1;
@@ -286,9 +353,11 @@ class TreeElimination {
     }
   }
 
+  const TreeParts tree_;
   LinearSystem& system_;
   Cliques& cliques_;
   const Charts* const charts_;
+  double work_ = 0.0;  // multiplications
   std::vector<EliminationWorkspace::Place>& places_;
   Front& front_;
   HessianCarrier carrier_;
@@ -303,13 +372,18 @@ class TreeElimination {
 
 }  // namespace
 
-EliminationReport eliminate(LinearSystem& system, Cliques& cliques, const Charts* charts,
+EliminationReport eliminate(const TreeParts& tree, const Charts* charts,
                             EliminationWorkspace& workspace, const LastVariables& last,
                             const IsDetermined& is_determined) {
   const EliminationReport report =
-      TreeElimination(system, cliques, charts, workspace).eliminate(last, is_determined);
-  if (report.singular < 0) system.note_eliminated();
+      TreeElimination(tree, charts, workspace).eliminate(last, is_determined);
+  if (report.singular < 0) tree.system.note_eliminated();
   return report;
+}
+
+int eliminate_leaf(const TreeParts& tree, const Charts* charts, EliminationWorkspace& workspace,
+                   int variable, int factor) {
+  return TreeElimination(tree, charts, workspace).eliminate_leaf(variable, factor);
 }
 
 }  // namespace hybrid

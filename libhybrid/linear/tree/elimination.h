@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libhybrid/linear/front.h"
-#include "libhybrid/linear/tree/cliques.h"
+#include "libhybrid/linear/tree/pending_rows.h"
 
 namespace HYBRID_API hybrid {
 
@@ -45,8 +45,14 @@ struct LastVariables {
 };
 
 /// Eliminates the part of a Bayes tree that changes of the system touch: see BayesTree::eliminate.
-EliminationReport eliminate(LinearSystem& system, Cliques& cliques, const Charts* charts,
+EliminationReport eliminate(const TreeParts& tree, const Charts* charts,
                             EliminationWorkspace& workspace, const LastVariables& last,
                             const IsDetermined& is_determined);
+
+/// Eliminates a new variable by one new factor, which says nothing of others but where it is beside
+/// them: a leaf below a clique that has them all. Returns the leaf, or -1, with nothing changed,
+/// where the factor does not determine the variable, says more, or there is no such clique.
+int eliminate_leaf(const TreeParts& tree, const Charts* charts, EliminationWorkspace& workspace,
+                   int variable, int factor);
 
 }  // namespace hybrid

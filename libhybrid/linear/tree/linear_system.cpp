@@ -49,10 +49,7 @@ int LinearSystem::add_factor(const std::vector<int>& variables, int points) {
   Factor& factor = factors_[f];
   factor.variables = variables;
   factor.order = 1;
-  for (int v : variables) {
-    factor.order += dim(v);
-    touch_variable(v);
-  }
+  for (int v : variables) factor.order += dim(v);
   factor.points = points;
   changes_[kNewFactors].all.push_back(f);
   factor.hessian = hessians_.allocate(factor.size());

@@ -19,21 +19,22 @@ namespace HYBRID_API hybrid {
 /// steps d, and the cliques of the tree that they touch.
 class LinearSystem {
  public:
+  static constexpr int kPending = -2;
   struct Factor {
     std::vector<int> variables;
     int order = 0;   ///< of the Hessian
     int points = 0;  ///< numbers behind it
     std::size_t hessian = 0;
-    int clique = -1;  ///< in which it is assembled
+    int clique = -1;  ///< in which it is assembled; kPending where its rows are in no clique yet
     bool alive = false;
     unsigned saved = 0;  ///< epoch in which its Hessian was last saved
     std::size_t size() const { return packed_size(order) + points; }
   };
-  /// What came or went since the last commit; from `pending` on it is not eliminated yet.
+  /// What came or went since the last commit; from `uneliminated` on it is not eliminated yet.
   struct Changes {
     std::vector<int> all;
-    std::size_t pending = 0;
-    auto begin() const { return all.begin() + static_cast<std::ptrdiff_t>(pending); }
+    std::size_t uneliminated = 0;
+    auto begin() const { return all.begin() + static_cast<std::ptrdiff_t>(uneliminated); }
     auto end() const { return all.end(); }
   };
   enum Change { kNewVariables, kRemovedVariables, kNewFactors, kRemovedFactors, kChanges };
@@ -54,13 +55,21 @@ class LinearSystem {
   const std::vector<int>& touched() const { return touched_; }
   void touch(int clique) {
     if (clique >= 0) touched_.push_back(clique);
+    if (clique == kPending) touches_pending_ = true;
+  }
+  /// Whether all that has changed is that variables and factors have come.
+  bool only_grows() const {
+    const auto none = [&](Change kind) { return changes_[kind].begin() == changes_[kind].end(); };
+    return touched_.empty() && !touches_pending_ && none(kRemovedVariables) &&
+           none(kRemovedFactors);
   }
   void touch_variable(int v) { touch(variables_[v].clique); }
   void touch_factor(int f) { touch(factors_[f].clique); }
-  /// Nothing is pending or touched any more.
+  /// Nothing is to be eliminated or touched any more.
   void note_eliminated() {
-    for (Changes& changes : changes_) changes.pending = changes.all.size();
+    for (Changes& changes : changes_) changes.uneliminated = changes.all.size();
     touched_.clear();
+    touches_pending_ = false;
   }
 
   /// Variables have numbers below this.
@@ -145,6 +154,7 @@ class LinearSystem {
   Journal<double> saved_hessians_, saved_deltas_;
   std::array<Changes, kChanges> changes_;
   std::vector<int> touched_, moved_;
+  bool touches_pending_ = false;
 };
 
 }  // namespace hybrid

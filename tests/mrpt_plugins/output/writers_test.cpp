@@ -208,10 +208,12 @@ TEST(Summary, StepsCsvHasOneLinePerStep) {
   s.objective_after = -7.5;
   s.cost = 0.5;
   s.landmarks = 9;
+  s.eliminated = 6;
+  s.pending = 2;
   EXPECT_EQ(steps_csv({s}),
             "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks,"
-            "plugin_ms\n"
-            "3,1.5,0.25,2,1,4,-7.5,0.5,9,0.125\n");
+            "plugin_ms,eliminated,pending\n"
+            "3,1.5,0.25,2,1,4,-7.5,0.5,9,0.125,6,2\n");
 }
 
 }  // namespace
