@@ -8,6 +8,8 @@
 #include <mrpt/obs/CObservationPointCloud.h>
 #include <sys/stat.h>
 
+#include <random>
+
 #include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/input/clouds.h"
 #include "tests/mrpt_plugins/input/log_files.h"
@@ -269,6 +271,34 @@ TEST_F(DepthBeside, DamagedAndMissingFilesAreCounted) {
   std::filesystem::create_symlink(at("outside.bin"), file);
   EXPECT_TRUE(points_of(depth).empty());
   EXPECT_EQ(dropped, (DropReport{{kAbsent, 2}}));
+}
+
+/// Cuts, overwritten bytes, and pieces of the file elsewhere, by a fixed seed: each is read or
+/// counted.
+TEST_F(DepthBeside, AnyBytesAreReadOrCounted) {
+  constexpr int kCases = 60;
+  std::mt19937 random(1);
+  const auto below = [&](std::size_t n) { return random() % std::max<std::size_t>(n, 1); };
+  for (const bool is_text : {false, true}) {
+    const auto depth = depth_image();
+    CObservation3DRangeScan::EXTERNALS_AS_TEXT(is_text);
+    depth->rangeImage_convertToExternalStorage("0.bin", at("a_Images"));
+    const std::string name = at("a_Images/" + depth->rangeImage_getExternalStorageFile(""));
+    const std::string bytes = read_file(name);
+    for (int i = 0; i < kCases; ++i) {
+      std::string other = bytes;
+      if (i % 3 == 0) other.resize(below(other.size()));
+      for (std::size_t k = 0; i % 3 == 1 && k < 1 + below(8); ++k) {
+        other[below(other.size())] = static_cast<char>(random());
+      }
+      if (i % 3 == 2) other.insert(below(other.size()), other.substr(below(other.size()), 20));
+      write("a_Images/" + std::filesystem::path(name).filename().string(), other);
+      dropped.clear();
+      const bool is_read = !points_of(depth).empty();
+      EXPECT_EQ(is_read, dropped.empty()) << "case " << i;
+    }
+  }
+  CObservation3DRangeScan::EXTERNALS_AS_TEXT(false);
 }
 
 /// MRPT keeps a table for each pose of a camera, of 7 MB at this size.
