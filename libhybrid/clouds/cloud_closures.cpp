@@ -56,7 +56,21 @@ CloudClosure CloudClosureSearch::Query::closure(const CloudAlignment& mode,
 }
 
 CloudClosureSearch::CloudClosureSearch(const CloudClosureOptions& options) : options_(options) {
-  std::stable_sort(options_.proposed.begin(), options_.proposed.end(), ByCloud());
+  std::vector<ProposedClosure>& all = options_.proposed;
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::make_pair(a.to, a.from) < std::make_pair(b.to, b.from);
+  });
+  const auto end = std::unique(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.to == b.to && a.from == b.from;
+  });
+  count_.repeated = static_cast<std::size_t>(all.end() - end);
+  all.erase(end, all.end());
+}
+
+ProposedCount CloudClosureSearch::proposed(std::size_t clouds) const {
+  ProposedCount out = count_;
+  for (const ProposedClosure& proposed : options_.proposed) out.absent += proposed.to >= clouds;
+  return out;
 }
 
 void CloudClosureSearch::store(std::vector<StoredCloud> clouds) {
@@ -163,28 +177,69 @@ void CloudClosureSearch::look_at_local_map(const Query& query, const LocalCloud&
   }
 }
 
-/// Tries what is proposed for the cloud of a query, where a complete local map has the other one.
-void CloudClosureSearch::look_at_proposed(const Query& query, const CloudTracker& tracker,
-                                          const Poses& poses, std::vector<CloudClosure>& closures) {
+/// The complete local map that has a cloud and nothing that the present one has, too: what both
+/// have seen fits itself. Counts why there is none.
+std::optional<std::size_t> CloudClosureSearch::map_of_proposed(std::size_t cloud,
+                                                               const CloudTracker& tracker) {
+  const std::vector<LocalCloud>& maps = tracker.local_maps();
+  bool is_blind = tracker.surfaces() == nullptr;
+  for (std::size_t m = 0; m + 1 < maps.size() && tracker.surfaces() != nullptr; ++m) {
+    const std::size_t end = maps[m].anchor + maps[m].poses.size();
+    if (cloud < maps[m].anchor || cloud >= end || end > maps.back().anchor) continue;
+    if (!maps[m].points.empty()) return m;
+    is_blind = true;
+  }
+  ++(is_blind ? count_.blind : count_.near);
+  return std::nullopt;
+}
+
+/// Aligns the clouds from a pose that is proposed. Its pair is that of the closures. Poses in the
+/// local map that were `seen` before are left out: they were measured once.
+void CloudClosureSearch::try_proposed(const Query& query, const ProposedClosure& proposed,
+                                      const LocalCloud& map, const TargetName& name,
+                                      const Poses& poses, const Relation& relation,
+                                      std::vector<SE3>& seen, std::vector<CloudClosure>& closures) {
   Matrix6 covariance = Matrix6::Identity();
   covariance.topLeftCorner<3, 3>() *= std::pow(kProposedSpacings * query.spacing, 2);
   covariance.bottomRightCorner<3, 3>() *= kProposedAngle * kProposedAngle;
-  const std::vector<LocalCloud>& maps = tracker.local_maps();
-  const auto [begin, end] = proposed_to(query.cloud, options_.proposed);
-  for (auto it = begin; it != end; ++it) {
-    const ProposedClosure& proposed = *it;
-    for (std::size_t m = 0; m + 1 < maps.size(); ++m) {
-      const LocalCloud& map = maps[m];
-      const bool has_it =
-          proposed.from >= map.anchor && proposed.from < map.anchor + map.poses.size();
-      if (!has_it || map.points.empty()) continue;
-      const UncertainMotion3 predicted{map.poses[proposed.from - map.anchor] * proposed.pose,
-                                       covariance};
-      look_at_local_map(
-          query, map, {false, m}, poses, [&](std::size_t, std::size_t) { return predicted; },
-          closures);
-      break;
+  const SE3& from = map.poses[proposed.from - map.anchor];
+  const UncertainMotion3 predicted{from * proposed.pose, covariance};
+  std::vector<CloudClosure> found;
+  look_at_local_map(
+      query, map, name, poses, [&](std::size_t, std::size_t) { return predicted; }, found);
+  const std::size_t first = closures.size();
+  for (CloudClosure& closure : found) {
+    const SE3& nearest = map.poses[closure.from - map.anchor];
+    const SE3 pose = nearest * closure.pose.motion;
+    const auto is_it = [&](const SE3& other) { return are_one_pose(pose, other, query.spacing); };
+    if (std::any_of(seen.begin(), seen.end(), is_it)) continue;
+    if (closure.from != proposed.from) {
+      const Matrix6 between = relation(proposed.from, closure.from).covariance;
+      closure.pose = UncertainMotion3{from.between(nearest), between} * closure.pose;
     }
+    closure.from = proposed.from;
+    closure.first_mode = first;
+    closures.push_back(closure);
+    seen.push_back(pose);
+  }
+  const std::size_t added = closures.size() - first;
+  for (std::size_t k = first; k < closures.size(); ++k) closures[k].modes = static_cast<int>(added);
+  ++(found.empty() ? count_.unmatched : added > 0 ? count_.matched : count_.same);
+}
+
+/// Tries what is proposed for the newest cloud.
+void CloudClosureSearch::look_at_proposed(const CloudTracker& tracker, const Poses& poses,
+                                          const Relation& relation,
+                                          std::vector<CloudClosure>& closures) {
+  const auto [begin, end] = proposed_to(tracker.clouds() - 1, options_.proposed);
+  std::optional<Query> query;
+  std::map<std::size_t, std::vector<SE3>> seen;  // by local map
+  for (auto it = begin; it != end; ++it) {
+    const std::optional<std::size_t> m = map_of_proposed(it->from, tracker);
+    if (!m) continue;
+    if (!query) query = present_query(tracker, relation);
+    try_proposed(*query, *it, tracker.local_maps()[*m], {false, *m}, poses, relation, seen[*m],
+                 closures);
   }
 }
 
@@ -229,10 +284,9 @@ std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker
                                                      const Poses& poses, const Relation& relation,
                                                      const Relation& stored) {
   std::vector<CloudClosure> closures;
+  look_at_proposed(tracker, poses, relation, closures);
   if (tracker.surfaces() == nullptr) return closures;
   const double way = tracker.local_maps().back().travelled.back();
-  const auto [begin, end] = proposed_to(tracker.clouds() - 1, options_.proposed);
-  if (begin != end) look_at_proposed(present_query(tracker, relation), tracker, poses, closures);
   if (way < next_ || options_.most_maps == 0) return closures;
   next_ = way + options_.every * tracker.reach();
   const std::vector<TargetName> near = candidates(tracker, poses);

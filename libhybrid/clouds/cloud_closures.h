@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -30,7 +31,18 @@ struct CloudClosureOptions {
   int most_maps = 4;                      ///< local maps searched for one cloud, at most
   double min_inliers = 0.5;               ///< modes of a smaller share are left out
   std::size_t most_points = 2000;         ///< that are matched, evenly chosen
-  std::vector<ProposedClosure> proposed;  ///< in any order
+  std::vector<ProposedClosure> proposed;  ///< in any order; of each pair the first one counts
+};
+
+/// What became of closures that others have found. A pair of clouds counts once.
+struct ProposedCount {
+  std::size_t matched = 0;    ///< tried, and found
+  std::size_t unmatched = 0;  ///< tried: too few points lie on surfaces at any pose near it
+  std::size_t same = 0;       ///< tried: its pose is that which another pair has led to
+  std::size_t near = 0;       ///< not tried: one local map has both, or two that overlap
+  std::size_t blind = 0;      ///< not tried: no surface was seen at one of them
+  std::size_t repeated = 0;   ///< not tried: the pair was proposed before
+  std::size_t absent = 0;     ///< not tried: of clouds that did not come
 };
 
 /// A relative pose between clouds of different times, or of a stored cloud and a cloud.
@@ -61,10 +73,12 @@ class CloudClosureSearch {
   const std::vector<StoredCloud>& stored() const { return stored_; }
 
   /// All modes of each place; none while the way since the last search is short and nothing is
-  /// proposed. `stored` tells the
-  /// pose of a cloud b in the frame of the stored cloud a.
+  /// proposed. What is proposed has the clouds that it was proposed for. `stored` tells the pose of
+  /// a cloud b in the frame of the stored cloud a.
   std::vector<CloudClosure> search(const CloudTracker& tracker, const Poses& poses,
                                    const Relation& relation, const Relation& stored = {});
+  /// Of those that were proposed, after so many clouds.
+  ProposedCount proposed(std::size_t clouds) const;
 
  private:
   /// A complete local map of this drive, or a stored cloud, by its number.
@@ -90,13 +104,18 @@ class CloudClosureSearch {
   void look_at_local_map(const Query& query, const LocalCloud& map, const TargetName& name,
                          const Poses& poses, const Relation& relation,
                          std::vector<CloudClosure>& closures);
-  void look_at_proposed(const Query& query, const CloudTracker& tracker, const Poses& poses,
+  void look_at_proposed(const CloudTracker& tracker, const Poses& poses, const Relation& relation,
                         std::vector<CloudClosure>& closures);
+  void try_proposed(const Query& query, const ProposedClosure& proposed, const LocalCloud& map,
+                    const TargetName& name, const Poses& poses, const Relation& relation,
+                    std::vector<SE3>& seen, std::vector<CloudClosure>& closures);
+  std::optional<std::size_t> map_of_proposed(std::size_t cloud, const CloudTracker& tracker);
   void look_at_stored(const Query& query, const TargetName& name, const Relation& relation,
                       std::vector<CloudClosure>& closures);
 
   CloudClosureOptions options_;
-  double next_ = 0;  // way at which to search again [m]
+  ProposedCount count_;  // but for absent ones
+  double next_ = 0;      // way at which to search again [m]
   std::map<TargetName, KeptTarget> targets_;
   std::size_t searches_ = 0;
   std::vector<StoredCloud> stored_;

@@ -43,6 +43,8 @@ class CloudMapper {
   const CloudTracker& tracker() const { return tracker_; }
   const std::vector<StoredCloud>& stored() const { return search_.stored(); }
   const std::vector<CloudClosure>& closures() const { return graph_.closures(); }
+  /// What became of closures that others have found, so far.
+  ProposedCount proposed() const { return search_.proposed(tracker_.clouds()); }
   /// By closure; see OnlineSelection.
   ClosureStatus status(std::size_t closure) const { return graph_.selection().status(closure); }
   std::vector<ClosureDecision> decisions() const { return graph_.selection().decisions(); }

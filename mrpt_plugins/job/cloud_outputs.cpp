@@ -15,12 +15,12 @@ namespace hybrid {
 namespace {
 
 /// Clouds of a known map, and those of the run, where it has put them.
-std::vector<StoredCloud> all_clouds(const MapRecord& known, const std::vector<LocalView>& views,
+std::vector<StoredCloud> all_clouds(const MapRecord& known, std::vector<LocalView> views,
                                     const MapResult& result) {
   std::vector<StoredCloud> out = stored_clouds(known);
-  for (const LocalView& view : views) {
+  for (LocalView& view : views) {
     const SE3 T = to_se3(to_isometry(result.trajectory[view.anchor].pose));
-    out.push_back({{T, Matrix6::Identity()}, view.points, view.spacing});
+    out.push_back({{T, Matrix6::Identity()}, std::move(view.points), view.spacing});
   }
   return out;
 }

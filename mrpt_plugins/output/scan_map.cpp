@@ -207,15 +207,16 @@ void write_simple_map(const OutputDirectory& out, const std::string& name,
 }
 
 void write_simple_map(const OutputDirectory& out, const std::string& name,
-                      const std::vector<LocalView>& views, const Trajectory& keyframes,
+                      std::vector<LocalView> views, const Trajectory& keyframes,
                       const std::vector<Eigen::MatrixXd>& covariances) {
   mrpt::maps::CSimpleMap map;
-  for (const LocalView& view : views) {
+  for (LocalView& view : views) {
     const auto points = mrpt::maps::CSimplePointsMap::Create();
     points->reserve(view.points.size());
     for (const CloudPoint& point : view.points) {
       points->insertPoint(point.position.x(), point.position.y(), point.position.z());
     }
+    view.points = {};  // large maps are in memory once
     const auto seen = mrpt::obs::CObservationPointCloud::Create();
     seen->timestamp = mrpt::Clock::fromDouble(keyframes[view.anchor].time);
     seen->sensorLabel = "cloud";

@@ -45,7 +45,7 @@ void write_simple_map(const OutputDirectory& out, const std::string& name,
                       const std::vector<Eigen::MatrixXd>& covariances);
 /// The same of what clouds saw along stretches of the path, each at its anchor.
 void write_simple_map(const OutputDirectory& out, const std::string& name,
-                      const std::vector<LocalView>& views, const Trajectory& keyframes,
+                      std::vector<LocalView> views, const Trajectory& keyframes,
                       const std::vector<Eigen::MatrixXd>& covariances);
 
 }  // namespace hybrid

@@ -82,6 +82,18 @@ std::vector<ProposedClosure> closures_of(const std::string& path) {
   return out;
 }
 
+/// Counts by reason what was proposed and not tried.
+void tell_proposed(const ProposedCount& count, DropReport& dropped) {
+  const std::pair<const char*, std::size_t> reasons[] = {
+      {"candidate not tried: one local map has both clouds, or two that overlap", count.near},
+      {"candidate not tried: no surface was seen at one of its clouds", count.blind},
+      {"candidate not tried: its pair of clouds is proposed twice", count.repeated},
+      {"candidate not tried: the log has fewer clouds", count.absent}};
+  for (const auto& [reason, number] : reasons) {
+    if (number > 0) dropped[reason] += number;
+  }
+}
+
 }  // namespace
 
 CloudFollower* cloud_follower_of(const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
@@ -252,7 +264,10 @@ Contribution PointClouds::conclude(const MapView& map) {
   const bool is_first = !std::exchange(concluded_, true);
   for (auto& [number, robot] : robots_) {
     add_first(robot, SE3::Tangent::Zero());
-    if (is_first) robot.mapper.finish();
+    if (is_first) {
+      robot.mapper.finish();
+      tell_proposed(robot.mapper.proposed(), out.dropped);
+    }
     follow_closures(robot, map, out);
   }
   if (is_first && map.is_3d) {
@@ -314,6 +329,24 @@ std::vector<LocalView> PointClouds::local_views() const {
   return out;
 }
 
+/// What became of closures that others have found; nothing where there are none.
+std::map<std::string, double> PointClouds::candidate_statistics() const {
+  if (options_.closures.proposed.empty()) return {};
+  double matched = 0, unmatched = 0, same = 0, not_tried = 0;
+  for (const auto& [number, robot] : robots_) {
+    const ProposedCount count = robot.mapper.proposed();
+    matched += static_cast<double>(count.matched);
+    unmatched += static_cast<double>(count.unmatched);
+    same += static_cast<double>(count.same);
+    not_tried += static_cast<double>(count.near + count.blind + count.repeated + count.absent);
+  }
+  return {{"cloud_candidates", matched + unmatched + same + not_tried},
+          {"cloud_candidates_matched", matched},
+          {"cloud_candidates_unmatched", unmatched},
+          {"cloud_candidates_same", same},
+          {"cloud_candidates_not_tried", not_tried}};
+}
+
 std::map<std::string, double> PointClouds::statistics() const {
   double clouds = 0, lost = 0, blind = 0, maps = 0, closures = 0, accepted = 0;
   double places = 0, places_accepted = 0, sweep = 0;
@@ -331,16 +364,19 @@ std::map<std::string, double> PointClouds::statistics() const {
       if (robot.factors.has(k)) ++(closure.is_known ? places_accepted : accepted);
     }
   }
-  return {{"clouds", clouds},
-          {"clouds_blind", blind},
-          {"clouds_lost", lost},
-          {"cloud_maps", maps},
-          {"cloud_sweep", sweep},
-          {"cloud_closures", closures},
-          {"cloud_closures_accepted", accepted},
-          {"closures_between_robots", static_cast<double>(between_robots_)},
-          {"known_places", std::round(places)},
-          {"known_places_accepted", places_accepted}};
+  std::map<std::string, double> out{
+      {"clouds", clouds},
+      {"clouds_blind", blind},
+      {"clouds_lost", lost},
+      {"cloud_maps", maps},
+      {"cloud_sweep", sweep},
+      {"cloud_closures", closures},
+      {"cloud_closures_accepted", accepted},
+      {"closures_between_robots", static_cast<double>(between_robots_)},
+      {"known_places", std::round(places)},
+      {"known_places_accepted", places_accepted}};
+  out.merge(candidate_statistics());
+  return out;
 }
 
 }  // namespace hybrid

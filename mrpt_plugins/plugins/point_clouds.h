@@ -61,6 +61,7 @@ class PointClouds : public MappingPlugin, public CloudFollower {
   static void add_first(Robot& robot, const SE3::Tangent& velocity);
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
   std::vector<StoredCloud> places_of(const Robot& robot) const;
+  std::map<std::string, double> candidate_statistics() const;
 
   CloudMapperOptions options_;
   std::map<std::size_t, Robot> robots_;

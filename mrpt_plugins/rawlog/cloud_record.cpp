@@ -12,6 +12,8 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "libhybrid/core/error.h"
@@ -30,13 +32,57 @@ using mrpt::obs::CObservationVelodyneScan;
 
 constexpr std::size_t kMostPoints = 10'000'000;
 
-bool is_kept_beside(const CObservation& observation) {
+/// MRPT has no other way to tell it.
+CloudForm form_of(const CObservationPointCloud& cloud) {
+  struct Form : CObservationPointCloud {
+    static std::uint8_t of(const CObservationPointCloud& cloud) {
+      return static_cast<std::uint8_t>(cloud.*(&Form::m_externally_stored));
+    }
+  };
+  const std::uint8_t form = Form::of(cloud);
+  return form > static_cast<std::uint8_t>(CloudForm::kText) ? CloudForm::kUnknown
+                                                            : static_cast<CloudForm>(form);
+}
+
+/// The file that has the points of a cloud; without a name where they are nowhere.
+struct FileBeside {
+  std::string name;
+  CloudForm form = CloudForm::kNone;
+};
+
+/// Nothing where the log has the points.
+std::optional<FileBeside> file_beside(const CObservation& observation) {
   if (const auto* cloud = dynamic_cast<const CObservationPointCloud*>(&observation)) {
-    return cloud->isExternallyStored() || !cloud->pointcloud;
+    if (cloud->isExternallyStored()) {
+      return FileBeside{cloud->getExternalStorageFile(), form_of(*cloud)};
+    }
+    return cloud->pointcloud ? std::nullopt : std::optional(FileBeside());
   }
   const auto* depth = dynamic_cast<const CObservation3DRangeScan*>(&observation);
-  return depth != nullptr &&
-         (depth->rangeImage_isExternallyStored() || depth->points3D_isExternallyStored());
+  if (depth == nullptr) return std::nullopt;
+  if (depth->hasRangeImage) {
+    if (!depth->rangeImage_isExternallyStored()) return std::nullopt;
+    return FileBeside{depth->rangeImage_getExternalStorageFile(""), CloudForm::kRanges};
+  }
+  if (!depth->points3D_isExternallyStored()) return std::nullopt;
+  return FileBeside{depth->points3D_getExternalStorageFile(), CloudForm::kCoordinates};
+}
+
+void write_camera(ByteWriter& out, const CObservation3DRangeScan& depth) {
+  const auto& camera = depth.cameraParams;
+  put_all<double, double, double, double>(out, camera.fx(), camera.fy(), camera.cx(), camera.cy());
+  for (const double number : camera.dist) out.put(number);
+  out.put(static_cast<double>(depth.rangeUnits));
+  out.put_flag(depth.range_is_depth);
+}
+
+DepthCamera read_camera(ByteReader& in) {
+  DepthCamera camera;
+  get_all(in, camera.fx, camera.fy, camera.cx, camera.cy);
+  for (double& number : camera.distortion) number = in.get<double>();
+  camera.unit = in.get<double>();
+  camera.is_depth = in.flag();
+  return camera;
 }
 
 /// In the frame of the sensor; as many times as points, or none, unless the log is damaged.
@@ -90,19 +136,11 @@ SeenPoints points_seen(const CObservation& observation) {
   }
   mrpt::obs::T3DPointsProjectionParams options;
   options.takeIntoAccountSensorPoseOnRobot = false;
-  CObservation3DRangeScan copy = depth;  // MRPT keeps tables in it
+  CObservation3DRangeScan copy = depth;             // MRPT keeps pixels in it
+  copy.sensorPose = {};                             // and tables of each pose,
+  copy.points3D_overrideExternalStoredFlag(false);  // and would read what is not here
   copy.unprojectInto(map, options);
   return {points_of(map), {}};
-}
-
-/// MRPT has no other way to tell it.
-std::uint8_t form_of(const CObservationPointCloud& cloud) {
-  struct Form : CObservationPointCloud {
-    static std::uint8_t of(const CObservationPointCloud& cloud) {
-      return static_cast<std::uint8_t>(cloud.*(&Form::m_externally_stored));
-    }
-  };
-  return Form::of(cloud);
 }
 
 }  // namespace
@@ -117,13 +155,13 @@ void write_cloud(ByteWriter& out, const CObservation& observation) {
   mrpt::poses::CPose3D sensor;
   observation.getSensorPose(sensor);
   write_pose(out, sensor);
-  const bool beside = is_kept_beside(observation);
-  out.put_flag(beside);
-  if (beside) {
-    const auto* cloud = dynamic_cast<const CObservationPointCloud*>(&observation);
-    const bool is_named = cloud != nullptr && cloud->isExternallyStored();
-    out.put_text(is_named ? cloud->getExternalStorageFile() : "");
-    out.put(is_named ? form_of(*cloud) : std::uint8_t{0});
+  const std::optional<FileBeside> file = file_beside(observation);
+  out.put_flag(file.has_value());
+  if (file) {
+    out.put_text(file->name);
+    out.put(static_cast<std::uint8_t>(file->form));
+    if (file->form != CloudForm::kRanges) return;
+    write_camera(out, dynamic_cast<const CObservation3DRangeScan&>(observation));
     return;
   }
   const SeenPoints seen = points_seen(observation);
@@ -138,7 +176,8 @@ void read_cloud(ByteReader& in, LoggedCloud& cloud) {
   cloud.sensorPose = read_pose_3d(in);
   if (in.flag()) {
     cloud.file = in.text();
-    cloud.form = static_cast<LoggedCloud::ExternalStorageFormat>(in.get<std::uint8_t>());
+    cloud.form = static_cast<CloudForm>(in.get<std::uint8_t>());
+    if (cloud.form == CloudForm::kRanges) cloud.camera = read_camera(in);
     return;
   }
   const auto map = CSimplePointsMap::Create();

@@ -10,14 +10,13 @@
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/log_files.h"
 #include "mrpt_plugins/observations/logged_cloud.h"
+#include "mrpt_plugins/rawlog/detail/depth_files.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
 
 namespace hybrid {
 namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
-
-using Form = LoggedCloud::ExternalStorageFormat;
 
 /// The first map of points in a file.
 PointFile read_map_of_mrpt(const std::string& path) {
@@ -34,18 +33,21 @@ PointFile read_map_of_mrpt(const std::string& path) {
   throw Error(reader.message());
 }
 
-PointFile read_cloud_file(const std::string& path, Form form) {
-  switch (form) {
-    case Form::KittiBinFile:
+PointFile read_cloud_file(const std::string& path, const LoggedCloud& cloud) {
+  switch (cloud.form) {
+    case CloudForm::kKitti:
       return read_kitti(path);
-    case Form::PlainTextFile:
+    case CloudForm::kText:
       return read_rows(path);
-    case Form::MRPT_Serialization:
+    case CloudForm::kMrpt:
       return read_map_of_mrpt(path);
-    case Form::None:
-      break;
+    case CloudForm::kCoordinates:
+      return read_coordinates(path);
+    case CloudForm::kRanges:
+      return unprojected(read_ranges(path), cloud.camera);
+    default:
+      throw Error(path + ": of an unknown form");
   }
-  throw Error(path + ": of an unknown form");
 }
 
 void read_beside(LoggedCloud& cloud, const std::string& rawlog) try {
@@ -55,7 +57,7 @@ void read_beside(LoggedCloud& cloud, const std::string& rawlog) try {
     return;
   }
   const auto map = mrpt::maps::CSimplePointsMap::Create();
-  for (const Eigen::Vector3d& point : read_cloud_file(path->string(), cloud.form).points) {
+  for (const Eigen::Vector3d& point : read_cloud_file(path->string(), cloud).points) {
     const Eigen::Vector3f p = point.cast<float>();
     map->insertPointFast(p.x(), p.y(), p.z());
   }

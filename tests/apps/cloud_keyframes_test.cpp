@@ -77,6 +77,7 @@ TEST_F(CloudKeyframes, ClosuresOfAGraphAreTriedAsOthersAre) {
   const std::size_t last = way_.size() - 1;
   graph += edge(102, 100 + last - 13, way_[2].between(way_[last - 13]));
   graph += edge(100 + last - 2, 105, SE3({4, 4, 0}, SO3()));  // false
+  graph += edge(110, 112, way_[10].between(way_[12]));        // within a local map
   write("graph.g2o", graph);
   import("in", "--odometry " + at("graph.g2o"));
   const auto summary = summary_of(at("in.rawlog") + truth_of("in") +
@@ -86,6 +87,14 @@ TEST_F(CloudKeyframes, ClosuresOfAGraphAreTriedAsOthersAre) {
   EXPECT_EQ(summary["status"], "ok") << summary["message"];
   EXPECT_GE(summary["plugins"]["cloud_closures"], 1);
   EXPECT_EQ(summary["plugins"]["cloud_closures_accepted"], 1);
+  EXPECT_EQ(summary["plugins"]["cloud_candidates"], 3);
+  EXPECT_EQ(summary["plugins"]["cloud_candidates_not_tried"], 1);
+  EXPECT_EQ(
+      summary["dropped"]["candidate not tried: one local map has both clouds, or two that overlap"],
+      1)
+      << summary["dropped"];
+  EXPECT_NE(read("out/cloud_loops.csv").find(fmt::format("\n2,{},accepted", last - 13)),
+            std::string::npos);
   EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"].get<double>(), 0.1);
 }
 

@@ -8,6 +8,7 @@
 #include "mrpt_plugins/map_file/map_file.h"
 #include "tests/apps/scan_log.h"
 #include "tests/faults/injection.h"
+#include "tests/support/cloud_worlds.h"
 
 namespace hybrid {
 namespace {
@@ -172,6 +173,48 @@ TEST_F(ScanMapFaults, BuildingAndExtendingByLaserScansOutliveBeingKilled) {
     expect_equal("a.hmap", "both.hmap");
   }
   EXPECT_GE(resumed, 2);
+}
+
+/// Path, closures, surfaces and map file are those of an undisturbed run, byte by byte.
+TEST_F(MapFaults, AMapOfCloudsOutlivesBeingKilled) {
+  std::filesystem::create_directories(at("in"));
+  std::mt19937 random(4);
+  int count_of_clouds = 0;
+  for (const SE3& pose : testing::way_around_hall(1)) {
+    std::string bytes;
+    for (const Eigen::Vector3f& p : testing::cloud_at(testing::cluttered_hall(), pose, random)) {
+      const float values[4] = {p.x(), p.y(), p.z(), 0};
+      bytes.append(reinterpret_cast<const char*>(values), sizeof values);
+    }
+    write("in/" + std::to_string(count_of_clouds++) + ".bin", bytes);
+  }
+  ASSERT_EQ(run_app("hybrid-import clouds " + at("in") + " -o " + at("in.rawlog")).code, 0);
+  const auto of_clouds = [this](const std::string& map, const std::string& out) {
+    return "hybrid-replay --no-pictures " + at("in.rawlog") +
+           " --set PointClouds.map_length=1 --map " + at(map) + " -o " + at(out);
+  };
+  const auto content_of_clouds = [this](const std::string& map, const std::string& out) {
+    const Ran ran = run_app("hybrid-map export --no-pictures -o " + at("export") + " " + at(map));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return read(out + "/trajectory.tum") + read(out + "/cloud_loops.csv") +
+           read(out + "/cloud.ply") + read("export/trajectory_1.tum") + read("export/cloud.ply");
+  };
+  ASSERT_EQ(run_app(of_clouds("whole.hmap", "whole")).code, 0);
+  EXPECT_NE(read("whole/cloud_loops.csv").find("accepted"), std::string::npos);
+  const std::string whole = content_of_clouds("whole.hmap", "whole");
+  const long calls = count({"disk", "9"}, of_clouds("a.hmap", "counted"));
+  int resumed = 0;
+  for (const long at_call : {calls / 3, 2 * calls / 3}) {
+    SCOPED_TRACE(at_call);
+    std::filesystem::remove(at("a.hmap"));
+    EXPECT_NE(run_with({"disk", "9", at_call}, of_clouds("a.hmap", "again")).code, 0);
+    const auto session = info_of("a.hmap")["sessions"][0];
+    if (!session["complete"] && session["keyframes"] > 0) ++resumed;
+    const Ran ran = run_app(of_clouds("a.hmap", "again") + " --resume");
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    EXPECT_TRUE(content_of_clouds("a.hmap", "again") == whole);
+  }
+  EXPECT_GE(resumed, 1);
 }
 
 TEST_F(MapFaults, AMapOutlivesAFullDisk) {

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Undamaged inputs of laser scans, boxes in images and map files."""
+"""Undamaged inputs of laser scans, clouds, boxes in images and map files."""
 
 import json
 import math
+import struct
 import subprocess
+import zlib
 
 ODOMETRY = "time,x,y,yaw\n" + "".join(f"{i},{0.5 * i},0,0\n" for i in range(12))
 CAMERA = ["--focal", "500", "--image-width", "640", "--image-height", "480", "--period", "1"]
@@ -65,6 +67,57 @@ def import_sets():
     }
 
 
+def corner(shift):
+    """Points of a floor and two walls, with times."""
+    points = []
+    for i in range(9):
+        for j in range(9):
+            u, v = 0.25 * i, 0.25 * j
+            points += [(2 - shift, u - 1, v - 1), (2 - u - shift, 1, v - 1), (2 - u - shift, v - 1, -1)]
+    return [(*p, 0.001 * k) for k, p in enumerate(points)]
+
+
+def kitti_cloud(points):
+    return b"".join(struct.pack("<4f", *p) for p in points)
+
+
+def timed_pcd(points, binary):
+    count = len(points)
+    head = (f"VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH {count}\nHEIGHT 1\n"
+            f"POINTS {count}\nDATA {'binary' if binary else 'ascii'}\n").encode()
+    return head + (kitti_cloud(points) if binary else "".join("%f %f %f %f\n" % p for p in points).encode())
+
+
+def timed_ply(points):
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+    return head.encode() + b"property float x\nproperty float y\nproperty float z\nproperty float time\nend_header\n" + kitti_cloud(points)
+
+
+def depth_png(shift):
+    """A wall that leans, 24 rows of 32 pixels of 16 bits."""
+    rows = b"".join(b"\0" + struct.pack(">32H", *(2000 - int(1000 * shift) + 20 * u + 30 * v for u in range(32))) for v in range(24))
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", 32, 24, 16, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def add_clouds(add):
+    """Folders of three clouds of each form; the one in the middle is damaged."""
+    kinds = {"bin": kitti_cloud, "pcd": lambda points: timed_pcd(points, True), "txt.pcd": lambda points: timed_pcd(points, False), "ply": timed_ply}
+    sets = {name: [encoded(corner(0.1 * i)) for i in range(3)] for name, encoded in kinds.items()}
+    sets["png"] = [depth_png(0.1 * i) for i in range(3)]
+    for name, clouds in sets.items():
+        end = name.split(".")[-1]
+        files = {f"{i}.{end}": data for i, data in enumerate(clouds)}
+        odometry = "".join(f"1 0 0 {0.1 * i:.1f} 0 1 0 0 0 0 1 0\n" for i in range(3))
+        add(f"import clouds {name}", "hybrid-import",
+            ["clouds", "{dir}", "--odometry", "{poses.txt}", *(["--focal", "30"] if end == "png" else []), "-o", "{out}.rawlog"],
+            {**files, "poses.txt": odometry}, {f"1.{end}": "binary"}, "file")
+
+
 def rooms(binaries, folder, config):
     """A log of scans of a corridor and one of its rooms."""
     log, scenario = folder / "rooms.rawlog", folder / "rooms.ini"
@@ -87,7 +140,8 @@ def map_of(binaries, folder, log, name):
 
 
 def add_inputs(add, binaries, folder, root):
-    """Calls `add` of material.py for each input but those of hybrid-import."""
+    """Calls `add` of material.py for each input but those of hybrid-import that are tables."""
+    add_clouds(add)
     scans = rooms(binaries, folder, root / "config")
     landmarks = (root / "rawlogs" / "classed_demo.rawlog").read_bytes()
     replay = ["{log.rawlog}", "--no-pictures", "-o", "{out}"]

@@ -14,9 +14,9 @@ bool is_cloud_of_log(const mrpt::obs::CObservation& observation);
 
 /// Writes its points, without intensities and colours, and the pose of its sensor; times of points
 /// where a CObservationVelodyneScan has them, or packets that tell them, relative to its stamp
-/// [s], NaN where one is not known. Points that are kept in a file beside the log are not read: the
-/// cloud is none then, but for the name of the file where the class is CObservationPointCloud.
-/// Throws Error for more than ten million points or times.
+/// [s], NaN where one is not known. Of points that are kept in a file beside the log, which is not
+/// read, the name of the file and its form are written. Throws Error for more than ten million
+/// points or times.
 void write_cloud(ByteWriter& out, const mrpt::obs::CObservation& observation);
 
 /// Reads what write_cloud() wrote. The pointcloud is null where the points are in another file.

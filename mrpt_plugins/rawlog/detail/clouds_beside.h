@@ -10,9 +10,10 @@
 namespace hybrid {
 
 /// Reads the points of clouds that are in files beside the log F.rawlog: those of its folder
-/// F_Images, or else Images, of at most 1 GiB (bridge/log_files.h, named_file()). KITTI's form and
-/// text are read here, what MRPT serialised in the process that parses logs. Where a file is not
-/// there or damaged, the cloud has none, and its fault is the reason.
+/// F_Images, or else Images, of at most 1 GiB (bridge/log_files.h, named_file()). KITTI's form,
+/// text, and what MRPT writes of depth cameras, of at most ten million points, are read here; maps
+/// that MRPT serialised in the process that parses logs. Where a file is not there or damaged, the
+/// cloud has none, and its fault is the reason.
 void read_clouds_beside(LogObject& object, const std::string& rawlog);
 
 }  // namespace hybrid

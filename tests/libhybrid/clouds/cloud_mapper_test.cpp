@@ -58,6 +58,46 @@ TEST(CloudMapper, ClosesALoopInSpace) {
   EXPECT_GT(accepted, 0);
 }
 
+/// Each pair is tried once, and is the pair of the closure that is found; what is not tried is
+/// counted by reason.
+TEST(CloudMapper, ClosuresOfOthersAreTriedOnce) {
+  const std::vector<SE3> way = way_around_hall(0.4);
+  const std::size_t last = way.size() - 1;
+  const auto proposed = [&](std::size_t from, std::size_t to) {
+    return ProposedClosure{from, to, way[from].between(way[to])};
+  };
+  CloudMapperOptions options;
+  options.tracker.map_length = 1;
+  options.closures.most_maps = 0;
+  ProposedClosure wrong = proposed(4, last - 3);
+  wrong.pose = SE3({30, 30, 0}, SO3());  // outside of the hall
+  options.closures.proposed = {
+      proposed(2, last - 13), proposed(2, last - 13), proposed(3, last - 13), wrong,
+      proposed(20, 23),       proposed(30, 38),       proposed(1, last + 1)};
+  CloudMapper mapper(options);
+  std::mt19937 random(3);
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    std::optional<UncertainMotion3> odometry;
+    if (i > 0) odometry = drifting(way[i - 1], way[i]);
+    mapper.add(cloud_at(cluttered_hall(), way[i], random), kHere, odometry);
+  }
+  mapper.finish();
+  ASSERT_EQ(mapper.closures().size(), 1U);
+  const CloudClosure& closure = mapper.closures()[0];
+  EXPECT_EQ(closure.from, 2U);
+  EXPECT_EQ(closure.to, last - 13);
+  const SE3 off = way[closure.from].between(way[closure.to]).between(closure.pose.motion);
+  EXPECT_LT(off.translation().norm(), 0.1);
+  const ProposedCount count = mapper.proposed();
+  EXPECT_EQ(count.matched, 1U);
+  EXPECT_EQ(count.same, 1U);
+  EXPECT_EQ(count.unmatched, 1U);
+  EXPECT_EQ(count.near, 2U) << "what both have seen fits itself";
+  EXPECT_EQ(count.repeated, 1U);
+  EXPECT_EQ(count.absent, 1U);
+  EXPECT_EQ(count.blind, 0U);
+}
+
 TEST(CloudMapper, FollowsCloudsWithoutOdometry) {
   const std::vector<SE3> way = way_around_hall(0.4);
   CloudMapper mapper;
