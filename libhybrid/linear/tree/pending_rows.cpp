@@ -34,7 +34,7 @@ bool PendingRows::add(int factor, const PathRows& Y, const Eigen::VectorXd& c, C
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(count, before + count);  // by row of the system
   S.rightCols(count) = Eigen::MatrixXd::Identity(count, count);
   S.rightCols(count).noalias() += Y.z.transpose() * Y.z;
-  if (!(S.diagonal(before).maxCoeff() <= kMostGain)) return false;
+  if (count > 0 && !(S.diagonal(before).maxCoeff() <= kMostGain)) return false;
   pay(double(Y.z.rows()) * count * count);
   int row = 0;
   for (int clique : Y.path) {

@@ -244,6 +244,22 @@ TEST(BayesTree, WhatIsPendingIsAsWhatIsEliminated) {
   EXPECT_GT(most, 5);
 }
 
+TEST(BayesTree, APendingFactorMaySayNothing) {
+  Springs springs(2);
+  springs.add({0}, {1, -1, 1});
+  springs.add({0, 1}, {1, -1, 0, 1, 0, 0});
+  springs.solve({1}, {});
+  springs.add({0, 1}, {0, 0, 0, 0, 0, 0});
+  ASSERT_TRUE(springs.tree.defer(1e9));
+  springs.add({1}, {1, -3, 9});  // x = 3
+  ASSERT_TRUE(springs.tree.defer(1e9));
+  springs.tree.solve(0.0);
+  EXPECT_EQ(springs.tree.pending(), 2);
+  EXPECT_NEAR(springs.tree.system().delta(1)[0], 1.0 + 2.0 * 2 / 3, 1e-12);
+  const Eigen::MatrixXd P = springs.tree.covariances().joint({1});
+  EXPECT_NEAR(P(0, 0), 2.0 / 3, 1e-12);
+}
+
 /// Poses on a line, each tied to the one before, the first one held: the last is known n times less
 /// well than its own factor says.
 TEST(BayesTree, AsksWhetherWhatIsLostInRoundingIsDetermined) {
