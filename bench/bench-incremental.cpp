@@ -87,16 +87,20 @@ void print_limits(const Case& peer, const Distribution& cpu, double cost) {
 }
 
 /// One row of the benchmark as JSON. Adds rows of step time over graph size to `growth`.
-std::string run_graph(const std::string& path, std::string& growth) {
+std::string run_graph(const std::string& path, const SmootherOptions& options,
+                      std::string& growth) {
   const std::vector<Step> steps = read_steps(path);
-  IncrementalSmoother smoother;
+  IncrementalSmoother smoother(options);
   std::vector<double> wall, cpu;
+  double eliminated = 0, pending = 0;
   for (const Step& step : steps) {
     const Stopwatch watch;
-    checked_update(smoother, to_delta(step, smoother.values()));
+    const UpdateReport report = checked_update(smoother, to_delta(step, smoother.values()));
     const Time time = watch.elapsed();
     wall.push_back(time.wall);
     cpu.push_back(time.cpu);
+    eliminated += report.eliminated;
+    pending += report.pending;
   }
   const double cost = smoother.cost();
   const double memory = double(smoother.memory().bytes);
@@ -112,6 +116,8 @@ std::string run_graph(const std::string& path, std::string& growth) {
   std::printf("%s: %zu steps\n", name.c_str(), steps.size());
   print_times("wall", d);
   print_times("cpu", c);
+  std::printf("  a step: %.1f variables eliminated, %.1f factors pending\n",
+              eliminated / double(steps.size()), pending / double(steps.size()));
   std::printf(
       "  cost %.6g, converged %.6g in %.3f s (cpu %.3f), batch optimum %.6g, %.0f B per "
       "variable\n",
@@ -134,13 +140,14 @@ std::string run_graph(const std::string& path, std::string& growth) {
   return row;
 }
 
-void run_graphs(std::vector<std::string> graphs, const std::string& json, const std::string& csv) {
+void run_graphs(std::vector<std::string> graphs, const SmootherOptions& options,
+                const std::string& json, const std::string& csv) {
   if (graphs.empty()) {
     for (const Case& known : kCases) graphs.push_back(data_path(known.path));
   }
   std::string text = "[", growth = kGrowthHeader;
   for (std::size_t i = 0; i < graphs.size(); ++i) {
-    text += (i == 0 ? "\n  " : ",\n  ") + run_graph(graphs[i], growth);
+    text += (i == 0 ? "\n  " : ",\n  ") + run_graph(graphs[i], options, growth);
   }
   if (!json.empty()) write_file(json, text + "\n]\n");
   if (!csv.empty()) write_file(csv, growth);
@@ -302,10 +309,13 @@ int main(int argc, char** argv) try {
       "step and final cost");
   std::vector<std::string> graphs;
   std::string json, csv;
+  SmootherOptions options;
   int growth = 0, binary = 0;
   bool marginals = false;
   app.add_option("GRAPH", graphs, "g2o or TORO files; the public ones by default");
   app.add_option("--json", json, "Write the figures of the graphs here, too");
+  app.add_option("--defer", options.defer, "SmootherOptions::defer: how long new factors wait")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--csv", csv, "Write the time per step against the size; plot-growth draws it");
   app.add_option("--growth", growth, "Instead: an exploration of so many poses without loops")
       ->check(CLI::PositiveNumber);
@@ -316,7 +326,7 @@ int main(int argc, char** argv) try {
   if (growth > 0) run_growth(growth, csv);
   if (binary > 0) run_binary(binary);
   if (marginals) run_marginals();
-  if (growth == 0 && binary == 0 && !marginals) run_graphs(graphs, json, csv);
+  if (growth == 0 && binary == 0 && !marginals) run_graphs(graphs, options, json, csv);
   return EXIT_SUCCESS;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "bench-incremental: %s\n", e.what());

@@ -33,11 +33,8 @@ double worst_error(const CloudMapper& mapper, const std::vector<SE3>& way) {
   return worst;
 }
 
-TEST(CloudMapper, ClosesALoopInSpace) {
-  const std::vector<SE3> way = way_around_hall(0.4);
-  CloudMapperOptions options;
-  options.tracker.map_length = 1;  // of 5 m, so that there are several local maps
-  CloudMapper mapper(options);
+/// Maps the cluttered hall along a way, with odometry that drifts.
+void drive(const std::vector<SE3>& way, CloudMapper& mapper) {
   std::mt19937 random(3);
   for (std::size_t i = 0; i < way.size(); ++i) {
     std::optional<UncertainMotion3> odometry;
@@ -45,6 +42,14 @@ TEST(CloudMapper, ClosesALoopInSpace) {
     mapper.add(cloud_at(cluttered_hall(), way[i], random), kHere, odometry);
   }
   mapper.finish();
+}
+
+TEST(CloudMapper, ClosesALoopInSpace) {
+  const std::vector<SE3> way = way_around_hall(0.4);
+  CloudMapperOptions options;
+  options.tracker.map_length = 1;  // of 5 m, so that there are several local maps
+  CloudMapper mapper(options);
+  drive(way, mapper);
   EXPECT_EQ(mapper.tracker().lost(), 0U);
   EXPECT_LT(worst_error(mapper, way), 0.1);
   int accepted = 0;
@@ -75,13 +80,7 @@ TEST(CloudMapper, ClosuresOfOthersAreTriedOnce) {
       proposed(2, last - 13), proposed(2, last - 13), proposed(3, last - 13), wrong,
       proposed(20, 23),       proposed(30, 38),       proposed(1, last + 1)};
   CloudMapper mapper(options);
-  std::mt19937 random(3);
-  for (std::size_t i = 0; i < way.size(); ++i) {
-    std::optional<UncertainMotion3> odometry;
-    if (i > 0) odometry = drifting(way[i - 1], way[i]);
-    mapper.add(cloud_at(cluttered_hall(), way[i], random), kHere, odometry);
-  }
-  mapper.finish();
+  drive(way, mapper);
   ASSERT_EQ(mapper.closures().size(), 1U);
   const CloudClosure& closure = mapper.closures()[0];
   EXPECT_EQ(closure.from, 2U);
