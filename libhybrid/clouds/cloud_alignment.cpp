@@ -45,6 +45,11 @@ constexpr double kUnknownRotation = 2;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
+/// What a point counts by its distance from its surface [m]: 1 on it, 0 where it lies on none.
+double support_at(double residual, double spacing) {
+  return std::max(0.0, 1 - std::pow(residual / (kOnSurface * spacing), 2));
+}
+
 struct Pairing {
   Eigen::Vector3d normal, point;  // in the frame of the points
   double residual = 0;
@@ -59,7 +64,6 @@ std::vector<Pairing> pairings_at(const std::vector<CloudPoint>& points, const Cl
   const Eigen::Matrix3d R = result.pose.rotation().matrix();
   const Eigen::Matrix3f Rf = R.cast<float>();
   const Eigen::Vector3f t = result.pose.translation().cast<float>();
-  const double on_surface = kOnSurface * map.spacing();
   std::size_t inliers = 0, used = 0;
   double support = 0;
   for (const CloudPoint& point : points) {
@@ -71,9 +75,9 @@ std::vector<Pairing> pairings_at(const std::vector<CloudPoint>& points, const Cl
     const double residual = other->normal.dot(position - other->position);
     pairings.push_back(
         {R.transpose() * other->normal.cast<double>(), point.position.cast<double>(), residual});
-    if (std::abs(residual) >= on_surface) continue;
-    ++inliers;
-    support += 1 - std::pow(residual / on_surface, 2);
+    const double counts = support_at(residual, map.spacing());
+    inliers += counts > 0 ? 1 : 0;
+    support += counts;
   }
   result.inliers = used > 0 ? double(inliers) / double(used) : 0;
   result.support = used > 0 ? support / double(used) : 0;
@@ -107,6 +111,15 @@ Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, doubl
 }
 
 }  // namespace
+
+double support_of(const CloudPoint& point, const CloudSurfaces& map, const SE3& pose) {
+  if (!point.has_normal()) return 0;
+  const Eigen::Matrix3f R = pose.rotation().matrix().cast<float>();
+  const Eigen::Vector3f position = R * point.position + pose.translation().cast<float>();
+  const CloudPoint* other = map.nearest(position, R * point.normal, kLeastRadius * map.spacing());
+  if (other == nullptr) return 0;
+  return support_at(other->normal.dot(position - other->position), map.spacing());
+}
 
 double pairing_weight(double residual, double sigma, double spacing) {
   const double r = residual / (kLossWidth * sigma);

@@ -21,9 +21,11 @@ constexpr std::size_t kScalePoints = 2000;            // tell it
 constexpr double kLeastReach = 0.5, kMostReach = 30;  // m
 /// Fewer points around tell no normal.
 constexpr int kFewAround = 5;
-/// The middle variance of the points of a surface is at least this share of the largest, else they
-/// are a line, as the returns of one ring are; and its least at most this share of the middle one.
-constexpr double kLine = 0.02;
+/// Across the rays, the smaller variance of the points of a surface is at least this share of the
+/// larger one. Else they are a line, as the returns of one ring are, and noise along the rays would
+/// choose a normal.
+constexpr double kLine = 0.01;
+/// The least variance of the points of a surface is at most this share of the middle one.
 constexpr double kRough = 0.15;
 
 /// Sums over the points of a cube.
@@ -33,16 +35,34 @@ struct Sums {
   Eigen::Matrix3d square = Eigen::Matrix3d::Zero();  // sum of p p'
 };
 
-/// The normal of points by their moments; zero where they are no surface.
-Eigen::Vector3d normal_of(const Sums& around) {
-  if (around.count < kFewAround) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d mean = around.mean / around.count;
-  const Eigen::Matrix3d C = around.square / around.count - mean * mean.transpose();
+struct Plane {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+};
+
+/// The smaller variance across a ray, as a share of the larger one.
+double spread_across(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& ray) {
+  Eigen::Matrix<double, 3, 2> across;
+  across.col(0) = ray.unitOrthogonal();
+  across.col(1) = ray.normalized().cross(across.col(0));
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen;
+  eigen.computeDirect(across.transpose() * covariance * across, Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] / eigen.eigenvalues()[1];
+}
+
+/// The plane of points near each other, whose normal looks at the origin; a zero normal where they
+/// are no surface.
+Plane plane_of(const Sums& around) {
+  Plane out;
+  if (around.count < kFewAround) return out;
+  out.point = around.mean / around.count;
+  const Eigen::Matrix3d C = around.square / around.count - out.point * out.point.transpose();
+  if (!(spread_across(C, out.point) > kLine)) return out;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
   eigen.computeDirect(C);
-  const Eigen::Vector3d& v = eigen.eigenvalues();
-  if (!(v[1] > kLine * v[2]) || !(v[0] < kRough * v[1])) return Eigen::Vector3d::Zero();
-  return eigen.eigenvectors().col(0);
+  if (!(eigen.eigenvalues()[0] < kRough * eigen.eigenvalues()[1])) return out;
+  const Eigen::Vector3d normal = eigen.eigenvectors().col(0);
+  out.normal = normal.dot(out.point) > 0 ? Eigen::Vector3d(-normal) : normal;
+  return out;
 }
 
 }  // namespace
@@ -91,11 +111,11 @@ std::vector<CloudPoint> cloud_points(const std::vector<Eigen::Vector3f>& points,
       around.mean += other.mean;
       around.square += other.square;
     }
+    const Plane plane = plane_of(around);
     const Eigen::Vector3d mean = sums[i].mean / sums[i].count;
-    Eigen::Vector3d normal = normal_of(around);
-    if (normal.dot(mean) > 0) normal = -normal;
-    out[i].position = mean.cast<float>() + sensor;
-    out[i].normal = normal.cast<float>();
+    const Eigen::Vector3d flat = mean - plane.normal * plane.normal.dot(mean - plane.point);
+    out[i].position = flat.cast<float>() + sensor;
+    out[i].normal = plane.normal.cast<float>();
   }
   return out;
 }

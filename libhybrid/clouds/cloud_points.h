@@ -23,9 +23,10 @@ struct CloudPoint {
 /// sees, by which lengths of maps of clouds are chosen. 0 where there are fewer than 100 points.
 double reach_of(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor);
 
-/// One point for each cube of edge `spacing` [m] that has any: the mean of its points, with the
-/// normal of those in it and in the cubes around. Points that are not finite, or farther than 1 km,
-/// are left out. `sensor`: where the points were seen from.
+/// One point for each cube of edge `spacing` [m] that has any: the mean of its points, moved onto
+/// the plane of those in it and in the cubes around where these are a surface, with the normal of
+/// that. Points that are not finite, or farther than 1 km, are left out. `sensor`: where the points
+/// were seen from.
 std::vector<CloudPoint> cloud_points(const std::vector<Eigen::Vector3f>& points,
                                      const Eigen::Vector3f& sensor, double spacing);
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/clouds/pose_preference.h"
+
 namespace hybrid {
 namespace {
 
@@ -30,11 +32,14 @@ constexpr double kTurns[] = {-0.9, -0.6, -0.3, 0, 0.3, 0.6, 0.9};
 /// Motions from the cloud before, ahead and to the left, in reaches.
 constexpr std::pair<double, double> kMoves[] = {{-0.3, 0}, {-0.15, 0}, {0.15, 0},
                                                 {0.3, 0},  {0, -0.15}, {0, 0.15}};
-/// So many points choose among these, one of which is better by such a share on surfaces; clearly
-/// so where odometry says otherwise.
+/// So many points choose among these, one of which is better by such a share on surfaces where
+/// odometry says otherwise.
 constexpr std::size_t kStartPoints = 400;
-constexpr double kBetter = 0.01;
 constexpr double kClearlyBetter = 0.05;
+/// That one is taken if all points prefer it by so much, see preference(), with cubes of such an
+/// edge, in reaches.
+constexpr double kPreferred = 25;
+constexpr double kBlock = 0.2;
 constexpr double kOneTurn = 0.02;  // rad, between starts that lead to one pose
 /// They are first moved onto surfaces of so many spacings, which catch them from farther.
 constexpr double kCoarse = 3;
@@ -138,7 +143,16 @@ CloudAlignment CloudTracker::aligned(const std::vector<CloudPoint>& points, cons
   }
   if (has_odometry && likely.support < expected + kClearlyBetter) return best;
   const CloudAlignment other = align(points, *surfaces_, likely.pose);
-  return other.support > best.support + kBetter ? other : best;
+  return is_better(other, best, points) ? other : best;
+}
+
+/// The second cloud has a map of one, and no motion is known that might go on.
+bool CloudTracker::is_better(const CloudAlignment& other, const CloudAlignment& expected,
+                             const std::vector<CloudPoint>& points) const {
+  const bool is_second = maps_.size() == 1 && maps_.back().poses.size() == 1;
+  if (is_second) return other.support > expected.support;
+  return preference(points, *surfaces_, *coarse_, expected.pose, other.pose, kBlock * reach_) >
+         kPreferred;
 }
 
 /// Surfaces of the last local map, without any yet.

@@ -75,6 +75,8 @@ class CloudTracker {
   };
   CloudAlignment aligned(const std::vector<CloudPoint>& points, const SE3& predicted,
                          const Matrix6& covariance, bool has_odometry) const;
+  bool is_better(const CloudAlignment& other, const CloudAlignment& expected,
+                 const std::vector<CloudPoint>& points) const;
   void make_surfaces();
   void add_surfaces(const Added& added, const SE3& pose);
   void begin_map();

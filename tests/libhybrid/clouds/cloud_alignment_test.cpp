@@ -30,6 +30,47 @@ TEST(CloudPoints, NormalsLookAtTheSensor) {
   EXPECT_GT(known, points.size() / 3);
 }
 
+/// What rays of these elevations [rad] see of a wall at x = 4 m, with errors of ranges [m].
+std::vector<Eigen::Vector3f> on_wall(const std::vector<double>& elevations, double sigma,
+                                     std::mt19937& random) {
+  std::normal_distribution<double> noise(0, sigma);
+  std::vector<Eigen::Vector3f> out;
+  for (const double up : elevations) {
+    for (double around = -0.6; around < 0.6; around += 0.01) {
+      const Eigen::Vector3d ray(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
+                                std::sin(up));
+      out.push_back(((4 / ray.x() + noise(random)) * ray).cast<float>());
+    }
+  }
+  return out;
+}
+
+TEST(CloudPoints, OneRingTellsNoNormalHoweverNoisy) {
+  std::mt19937 random(1);
+  for (const double sigma : {0.0, 0.01, 0.03, 0.06}) {
+    for (const CloudPoint& point : cloud_points(on_wall({0.2}, sigma, random), kOrigin, 0.15)) {
+      EXPECT_FALSE(point.has_normal()) << sigma;
+    }
+  }
+}
+
+TEST(CloudPoints, LieOnThePlaneOfThoseAround) {
+  std::mt19937 random(1);
+  std::vector<double> elevations;
+  for (double up = -0.4; up < 0.4; up += 0.02) elevations.push_back(up);
+  constexpr double kSigma = 0.02, kSpacing = 0.05;  // hardly two points a cube
+  double squares = 0;
+  int count = 0;
+  for (const CloudPoint& point :
+       cloud_points(on_wall(elevations, kSigma, random), kOrigin, kSpacing)) {
+    if (!point.has_normal()) continue;
+    squares += std::pow(point.position.x() - 4, 2);
+    ++count;
+  }
+  ASSERT_GT(count, 100);
+  EXPECT_LT(std::sqrt(squares / count), 0.6 * kSigma);
+}
+
 TEST(CloudPoints, WhatIsNoPlaceIsLeftOut) {
   std::vector<Eigen::Vector3f> points(200, Eigen::Vector3f(1, 2, 3));
   const float nan = std::numeric_limits<float>::quiet_NaN();
