@@ -112,13 +112,11 @@ Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, doubl
 
 }  // namespace
 
-double support_of(const CloudPoint& point, const CloudSurfaces& map, const SE3& pose) {
+double support_of(const CloudPoint& point, const CloudSurfaces& map) {
   if (!point.has_normal()) return 0;
-  const Eigen::Matrix3f R = pose.rotation().matrix().cast<float>();
-  const Eigen::Vector3f position = R * point.position + pose.translation().cast<float>();
-  const CloudPoint* other = map.nearest(position, R * point.normal, kLeastRadius * map.spacing());
+  const CloudPoint* other = map.nearest(point.position, point.normal, kLeastRadius * map.spacing());
   if (other == nullptr) return 0;
-  return support_at(other->normal.dot(position - other->position), map.spacing());
+  return support_at(other->normal.dot(point.position - other->position), map.spacing());
 }
 
 double pairing_weight(double residual, double sigma, double spacing) {

@@ -36,8 +36,8 @@ struct CloudAlignment {
 CloudAlignment align(const std::vector<CloudPoint>& points, const CloudSurfaces& map,
                      const SE3& start, const CloudAlignmentOptions& options = {});
 
-/// What a point, moved by `pose`, adds to CloudAlignment::support.
-double support_of(const CloudPoint& point, const CloudSurfaces& map, const SE3& pose);
+/// What a point in the frame of the map adds to CloudAlignment::support.
+double support_of(const CloudPoint& point, const CloudSurfaces& map);
 
 /// What a point with that distance from its surface [m] counts in an alignment of such a scatter
 /// [m] to a map of such a spacing [m]: information about the distance [1/m^2].

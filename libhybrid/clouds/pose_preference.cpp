@@ -32,10 +32,9 @@ Direction direction_of(const Eigen::Vector3f& p) {
 /// Where a robot at that pose would look to see a map.
 std::set<Direction> directions_from(const SE3& pose, const CloudSurfaces& map) {
   std::set<Direction> out;
-  const SE3 T_robot_map = pose.inverse();
-  const Eigen::Matrix3f R = T_robot_map.rotation().matrix().cast<float>();
-  const Eigen::Vector3f t = T_robot_map.translation().cast<float>();
-  for (const CloudPoint& point : map.points()) out.insert(direction_of(R * point.position + t));
+  for (const CloudPoint& point : transformed(pose.inverse(), map.points())) {
+    out.insert(direction_of(point.position));
+  }
   return out;
 }
 
@@ -44,14 +43,15 @@ std::set<Direction> directions_from(const SE3& pose, const CloudSurfaces& map) {
 double preference(const std::vector<CloudPoint>& points, const CloudSurfaces& map,
                   const CloudSurfaces& known, const SE3& a, const SE3& b, double block) {
   const std::set<Direction> from_a = directions_from(a, known), from_b = directions_from(b, known);
+  const std::vector<CloudPoint> at_a = transformed(a, points), at_b = transformed(b, points);
   std::unordered_map<GridCell, Block, GridCellHash> blocks;
-  for (const CloudPoint& point : points) {
-    const Direction direction = direction_of(point.position);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Direction direction = direction_of(points[i].position);
     if (from_a.count(direction) == 0 || from_b.count(direction) == 0) continue;
-    Block& at = blocks[grid_cell(point.position.cast<double>(), block)];
+    Block& at = blocks[grid_cell(points[i].position.cast<double>(), block)];
     ++at.points;
-    at.on_a += support_of(point, map, a);
-    at.on_b += support_of(point, map, b);
+    at.on_a += support_of(at_a[i], map);
+    at.on_b += support_of(at_b[i], map);
   }
   double sum = 0;
   for (const auto& [cell, at] : blocks) {
