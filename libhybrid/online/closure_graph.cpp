@@ -6,11 +6,13 @@
 #include <memory>
 
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 
 namespace hybrid {
 namespace {
+
+/// Poses that tell how far the path spreads, evenly chosen: a budget of time.
+constexpr std::size_t kMostPositions = 1000;
 
 Key key_of_pose(std::size_t i) {
   return {key_letter::kPose, i};
@@ -68,11 +70,27 @@ Delta ClosureGraph<Pose>::step(std::size_t next, const Pose& initial,
   return change;
 }
 
+/// Covariance of the way from any pose or known place to any other, in the frame of the map [m^2].
+template <class Pose>
+typename SurfaceMatch<Pose>::Spread ClosureGraph<Pose>::spread(std::size_t poses) const {
+  std::vector<typename SurfaceMatch<Pose>::Position> positions;
+  const std::size_t stride = 1 + poses / kMostPositions;
+  for (std::size_t i = 0; i < poses; i += stride) positions.push_back(pose(i).translation());
+  for (const Uncertain<Pose>& place : places_) positions.push_back(place.motion.translation());
+  typename SurfaceMatch<Pose>::Position mean = SurfaceMatch<Pose>::Position::Zero();
+  for (const auto& position : positions) mean += position / double(positions.size());
+  typename SurfaceMatch<Pose>::Spread sum = SurfaceMatch<Pose>::Spread::Zero();
+  for (const auto& position : positions) sum += (position - mean) * (position - mean).transpose();
+  return 2.0 / double(positions.size()) * sum;
+}
+
 /// Known places become variables with their first closures.
 template <class Pose>
 void ClosureGraph<Pose>::add(Delta change, const std::vector<PlaceClosure<Pose>>& found) {
   std::vector<ContinuousFactorPtr> factors;
   Alternatives modes;
+  typename SurfaceMatch<Pose>::Spread spread;
+  if (!found.empty()) spread = this->spread(found.front().to);
   for (const PlaceClosure<Pose>& closure : found) {
     const Key from = closure.is_known ? place_key(closure.from) : key_of_pose(closure.from);
     if (closure.is_known && !selection_.smoother().values().contains(from) &&
@@ -80,7 +98,13 @@ void ClosureGraph<Pose>::add(Delta change, const std::vector<PlaceClosure<Pose>>
       insert_known(from, places_[closure.from], change);
     }
     modes.add(closure.first_mode);
-    factors.push_back(motion_between(from, key_of_pose(closure.to), closure.pose));
+    const Key to = key_of_pose(closure.to);
+    const auto& values =
+        change.values.contains(to) ? change.values : selection_.smoother().values();
+    const auto R = values.template at<Pose>(to).rotation().matrix();
+    factors.push_back(std::make_shared<SurfaceMatch<Pose>>(
+        from, to, closure.pose.motion, Noise::covariance(closure.pose.covariance),
+        R.transpose() * spread * R));
   }
   closures_.reserve(closures_.size() + found.size());
   selection_.update(change, factors, modes);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/core/key.h"
+#include "libhybrid/factors/surface_match.h"
 #include "libhybrid/geometry/uncertain_motion.h"
 #include "libhybrid/online/online_selection.h"
 
@@ -53,7 +54,8 @@ class ClosureGraph {
   };
   /// The change that adds the next pose, at `initial`.
   Delta step(std::size_t next, const Pose& initial, const std::vector<Motion>& motions) const;
-  /// Applies a change, with the closures that were found. If it throws, nothing has changed.
+  /// Applies a change, with the closures that were found, all to one pose. If it throws, nothing
+  /// has changed.
   void add(Delta change, const std::vector<PlaceClosure<Pose>>& found);
   /// Decides all closures again and solves to convergence.
   void finish() { selection_.finish(); }
@@ -68,6 +70,8 @@ class ClosureGraph {
   const OnlineSelection& selection() const { return selection_; }
 
  private:
+  typename SurfaceMatch<Pose>::Spread spread(std::size_t poses) const;
+
   OnlineSelection selection_;
   std::vector<Uncertain<Pose>> places_;
   Uncertain<Pose> start_{Pose(), kOrigin* kOrigin* Pose::Jacobian::Identity()};

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/factors/surface_match.h"
 
 namespace hybrid {
 namespace {
@@ -22,6 +24,20 @@ constexpr double kSmallestRadius = 1e-3;  // of a robot that stands still [m]
 constexpr double kStatedCount = 10.0;
 constexpr double kSmallestVarianceFactor = 1e-6;
 constexpr double kLargestVarianceFactor = 4.0;
+
+/// How an innovation fits a covariance.
+struct Fit {
+  double chi_square = 0.0;
+  double log_det = 0.0;  ///< of the covariance
+};
+
+/// Nothing if the covariance is not positive definite.
+std::optional<Fit> fit_of(const Eigen::VectorXd& b, const Eigen::MatrixXd& S) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(S);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  return Fit{llt.matrixL().solve(b).squaredNorm(),
+             2.0 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum()};
+}
 
 }  // namespace
 
@@ -43,24 +59,35 @@ double log_volume(const ContinuousFactor& factor, double radius) {
   }
 }
 
+/// The log density of a Student t of that many dimensions, of a covariance of that log determinant,
+/// relative to the Gaussian's own normaliser (2 pi)^(d/2).
+double EvidenceModel::log_density(double chi_square, double log_det, int d) const {
+  return std::lgamma(0.5 * (degrees + d)) - std::lgamma(0.5 * degrees) -
+         0.5 * d * std::log(0.5 * degrees) -
+         0.5 * (degrees + d) * std::log1p(chi_square / (degrees * variance_factor)) -
+         0.5 * (log_det + d * std::log(variance_factor));
+}
+
 double EvidenceModel::density_ratio(double chi_square, double log_det,
                                     const ContinuousFactor& factor) const {
   const int d = factor.rows();
   if (!(chi_square <= limit(d))) return -std::numeric_limits<double>::infinity();
-  // Relative to the Gaussian's own normaliser (2 pi)^(d/2), which `log_normalizer` holds.
-  const double normalizer = std::lgamma(0.5 * (degrees + d)) - std::lgamma(0.5 * degrees) -
-                            0.5 * d * std::log(0.5 * degrees);
-  return normalizer - 0.5 * (degrees + d) * std::log1p(chi_square / (degrees * variance_factor)) -
-         0.5 * (log_det + d * std::log(variance_factor)) - factor.log_normalizer() +
-         log_volume(factor, radius);
+  // `log_normalizer` holds the Gaussian's normaliser.
+  return log_density(chi_square, log_det, d) - factor.log_normalizer() + log_volume(factor, radius);
 }
 
 double EvidenceModel::log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
                                 const ContinuousFactor& factor) const {
-  const Eigen::LLT<Eigen::MatrixXd> llt(S);
-  if (llt.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-  const double log_det = 2.0 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum();
-  return density_ratio(llt.matrixL().solve(b).squaredNorm(), log_det, factor);
+  const std::optional<Fit> fit = fit_of(b, S);
+  if (!fit) return -std::numeric_limits<double>::infinity();
+  const double to_any = density_ratio(fit->chi_square, fit->log_det, factor);
+  const auto* place = dynamic_cast<const MistakablePlace*>(&factor);
+  if (place == nullptr) return to_any;
+  const std::optional<Fit> false_fit = fit_of(b, S + place->elsewhere());
+  if (!false_fit) return to_any;
+  const int d = factor.rows();
+  return std::min(to_any, log_density(fit->chi_square, fit->log_det, d) -
+                              log_density(false_fit->chi_square, false_fit->log_det, d));
 }
 
 double EvidenceModel::largest_log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,

@@ -12,8 +12,9 @@
 namespace hybrid {
 
 /// The evidence for a closure: the density of its innovation, marginalised over the poses (p(d | Z)
-/// with the Laplace approximation of eq. 11b), relative to that of a false closure, which may
-/// measure any relative pose inside the map.
+/// with the Laplace approximation of eq. 11b), relative to that of a false closure. That may
+/// measure any relative pose inside the map; one by a MistakablePlace may also measure another
+/// place that looks the same, and the likelier of the two counts.
 struct EvidenceModel {
   /// Innovations of true closures follow a Student t of these degrees of freedom and of the
   /// predicted covariance times `variance_factor`: noise models are inaccurate, and real noise has
@@ -39,9 +40,12 @@ struct EvidenceModel {
   /// the closure itself, and S.
   double largest_log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
                            const ContinuousFactor& factor) const;
-  /// log_ratio of an innovation of that chi-square by its predicted covariance, of that log
-  /// determinant.
+  /// The same relative to any pose inside the map, of an innovation of that chi-square by its
+  /// predicted covariance, of that log determinant: at least log_ratio.
   double density_ratio(double chi_square, double log_det, const ContinuousFactor& factor) const;
+
+ private:
+  double log_density(double chi_square, double log_det, int dimensions) const;
 };
 
 /// The log evidence for a closure relative to that of a false one or of an alternative to it, which
@@ -59,8 +63,8 @@ void write_evidence(const std::vector<double>& alone, const std::vector<double>&
 /// The log evidence that a closure needs if so many are not admitted.
 double evidence_needed(std::size_t not_admitted, const ClosureSelectionOptions& options);
 
-/// log of the volume of what a false closure may measure: positions in a map of that radius [m] and
-/// any rotation.
+/// log of the volume of what a false closure measures that is of no place: positions in a map of
+/// that radius [m] and any rotation.
 double log_volume(const ContinuousFactor& factor, double radius);
 
 /// The 0.9999 quantile of a chi-square.
