@@ -120,6 +120,18 @@ Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& F,
   return pose * Pose::exp(step);
 }
 
+/// How far a variable has moved [m], a pose with the ends of its axes in the plane.
+double way_between(Key key, const Values& before, const Values& now) {
+  if (!is_pose(now.type(key))) return (point_at(before, key) - point_at(now, key)).norm();
+  const Eigen::Isometry3d from = isometry_at(before, key), to = isometry_at(now, key);
+  double way = (from.translation() - to.translation()).norm();
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d end = Eigen::Vector3d::Unit(i);
+    way = std::max(way, (from * end - to * end).norm());
+  }
+  return way;
+}
+
 }  // namespace
 
 PastStates::Departure::Departure(const Marginalization& made, const std::vector<Key>& tied,
@@ -151,10 +163,9 @@ void PastStates::leave(Departure departure) {
     departure_of_[key] = departures_.size();
   }
   for (const Key key : departure.tied.keys()) {
-    Tie& tie = ties_[key];
-    tie.step = tie.departures.empty() ? departure.step : std::min(tie.step, departure.step);
-    tie.departures.push_back(departures_.size());
-    if (!tie.followed.contains(key)) copy(key, departure.tied, tie.followed);
+    Followers& followers = ties_[key][std::ilogb(departure.step)];
+    followers.departures.push_back(departures_.size());
+    if (!followers.followed.contains(key)) copy(key, departure.tied, followers.followed);
   }
   departures_.push_back(std::move(departure));
 }
@@ -201,35 +212,18 @@ Values PastStates::at(const Values& window,
   return out;
 }
 
-/// Whether what hangs on a variable has to follow it; it has, then.
-bool PastStates::has_moved(Key key, const Values& now) {
-  const auto it = ties_.find(key);
-  if (it == ties_.end() || !now.contains(key)) return false;
-  Tie& tie = it->second;
-  double far = 0;
-  if (is_pose(now.type(key))) {
-    const Eigen::Isometry3d before = isometry_at(tie.followed, key), here = isometry_at(now, key);
-    for (const Eigen::Vector3d& p :
-         {Eigen::Vector3d(Eigen::Vector3d::Zero()), Eigen::Vector3d(Eigen::Vector3d::UnitX()),
-          Eigen::Vector3d(Eigen::Vector3d::UnitY())}) {
-      far = std::max(far, (before * p - here * p).norm());
-    }
-  } else {
-    far = (point_at(tie.followed, key) - point_at(now, key)).norm();
-  }
-  if (!(far > tie.step)) return false;
-  tie.followed = {};
-  copy(key, now, tie.followed);
-  return true;
-}
-
 Values PastStates::follow(const Values& window, const std::vector<Key>& changed,
                           const std::unordered_map<Key, Eigen::MatrixXd>& covariances) {
   std::set<std::size_t, std::greater<>> due;
   const auto ask = [&](Key key, const Values& now) {
-    if (!has_moved(key, now)) return;
-    const std::vector<std::size_t>& hanging = ties_.at(key).departures;
-    due.insert(hanging.begin(), hanging.end());
+    const auto tie = ties_.find(key);
+    if (tie == ties_.end() || !now.contains(key)) return;
+    for (auto& [exponent, followers] : tie->second) {
+      if (!(way_between(key, followers.followed, now) > std::ldexp(1.0, exponent))) continue;
+      followers.followed = {};
+      copy(key, now, followers.followed);
+      due.insert(followers.departures.begin(), followers.departures.end());
+    }
   };
   for (const Key key : changed) ask(key, window.contains(key) ? window : told_);
   Values out;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -44,23 +45,23 @@ class PastStates {
 
   /// The states that have moved since they were told last, or left, so that what is told is whole
   /// at every moment: some of `changed` have moved. What hangs on a variable follows once that has
-  /// moved by a tenth of the smallest sigma of a position of these, so that an update costs what it
-  /// moves.
+  /// moved by its own step, or by half of it, so that an update costs what it moves.
   Values follow(const Values& window, const std::vector<Key>& changed,
                 const std::unordered_map<Key, Eigen::MatrixXd>& covariances);
 
  private:
-  /// What hangs on a variable.
-  struct Tie {
+  /// What hangs on a variable and follows from about the same step on.
+  struct Followers {
     std::vector<std::size_t> departures;
-    double step = 0;  ///< from which on they follow [m]
-    Values followed;  ///< where it was when they did last
+    Values followed;  ///< where the variable was when they did last
   };
+  /// By the binary logarithm of the step, rounded down: a start that is held to a micrometre does
+  /// not make all that saw the same landmark follow each micrometre.
+  using Tie = std::map<int, Followers>;
 
   /// The states of a departure where their ties are now, in the window or else among `past`.
   static void move(const Departure& departure, const Values& window, const Values& past,
                    const std::unordered_map<Key, Eigen::MatrixXd>& covariances, Values& out);
-  bool has_moved(Key key, const Values& now);
 
   std::vector<Departure> departures_;
   std::unordered_map<Key, Tie> ties_;

@@ -50,12 +50,22 @@ View view_of(const std::vector<FactOfSighting>& sightings) {
   return {quantile(ranges, 0.9), middle, quantile(yaws, 0.05), quantile(yaws, 0.95)};
 }
 
-/// Keyframes that had a landmark in view between its first and its last sighting, and those of them
-/// that saw it; and those before and after that looked from about where it was seen from.
+/// Keyframes in the graph that had a landmark in view between its first and its last sighting, and
+/// those of them that saw it; and those before and after that looked from about where it was seen
+/// from.
 struct Looks {
   std::size_t before = 0, between = 0, after = 0, seen = 0;
   double share() const { return static_cast<double>(seen) / static_cast<double>(between); }
 };
+
+/// Whether sightings of a landmark have left the graph: the oldest, so that nothing tells when it
+/// was first seen.
+bool has_left(const LandmarkEstimate& landmark, const RunFacts& facts) {
+  const auto is_of_it = [&](const FactOfSighting& s) { return s.landmark == landmark.id; };
+  return facts.in_graph.size() < facts.run.result.trajectory.size() &&
+         std::count_if(facts.sightings.begin(), facts.sightings.end(), is_of_it) <
+             landmark.sightings;
+}
 
 std::vector<Looks> looks_at(const RunFacts& facts, const View& view) {
   const std::size_t count = facts.run.result.trajectory.size();
@@ -73,13 +83,14 @@ std::vector<Looks> looks_at(const RunFacts& facts, const View& view) {
       });
     };
     Looks looks;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!view.contains(poses[i], landmark.position)) continue;
+    for (const std::size_t i : facts.in_graph) {
+      if (i >= count || !view.contains(poses[i], landmark.position)) continue;
       const bool between = i >= *seen.begin() && i <= *seen.rbegin();
       if (!between && !is_near(i)) continue;
       ++(between ? looks.between : i < *seen.begin() ? looks.before : looks.after);
       looks.seen += seen.count(i);
     }
+    if (looks.before > 0 && has_left(landmark, facts)) looks.before = 0;
     out.push_back(looks);
   }
   return out;

@@ -74,6 +74,9 @@ void add_motion(const ContinuousFactor& factor, RunFacts& facts) {
 
 void add_fact(const ContinuousFactor& factor, RunFacts& facts) {
   facts.factors.push_back(&factor);
+  for (const Key key : factor.keys()) {
+    if (key.letter() == key_letter::kPose) facts.in_graph.insert(key.index());
+  }
   if (add_sighting_of<SE2, BearingRange>(factor, facts) ||
       add_sighting_of<SE3, BearingRange>(factor, facts) ||
       add_sighting_of<SE2, CalibratedBearingRange>(factor, facts) ||

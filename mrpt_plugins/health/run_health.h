@@ -26,6 +26,8 @@ struct RunToJudge {
   std::map<std::string, double> statistics = {};
   /// What was measured far apart in time agrees in space.
   bool agrees = false;
+  /// Detections of which the mapping decided what they are of, also those that have left the graph.
+  std::size_t decided = 0;
 };
 
 /// All that a run tells about itself without truth; quantities that it has no basis for are left

@@ -41,7 +41,9 @@ struct RunFacts {
   std::size_t false_ranges = 0, ranges = 0;      ///< taken for false, and all, of mixtures
   std::vector<FactOfSighting> sightings;
   std::map<std::size_t, FactOfMotion> motions;  ///< by the pose that they begin at
-  /// Poses that a landmark was seen from.
+  /// Poses that are in the graph, with all that was measured there; others have left a window.
+  std::set<std::size_t> in_graph;
+  /// Poses that a landmark was seen from, of these.
   std::map<std::int64_t, std::set<std::size_t>> seen_from;
   /// Nothing where the covariances cannot be had.
   std::optional<ContinuousMarginals> marginals;

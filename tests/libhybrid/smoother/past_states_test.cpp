@@ -148,6 +148,31 @@ TEST(PastStates, MoveAlongInSpaceWhenALoopCloses) {
   expect_moved_along<SE3>();
 }
 
+// Of many states that hang on one landmark, one is held far better than the others: it alone
+// follows each of its small motions, and the others once these come to what matters for them.
+TEST(PastStates, EachFollowsByItsOwnStep) {
+  constexpr int kStates = 1000, kMotions = 100;
+  constexpr double kStep = 0.01;  // m, of the others
+  PastStates past;
+  const Key landmark('l', 0);
+  Values window;
+  window.insert(landmark, Eigen::Vector2d(3, 4));
+  for (int i = 0; i < kStates; ++i) {
+    PastStates::Departure departure;
+    departure.states.insert(pose_key(i), SE2(i, 0, 0));
+    departure.tied = window;
+    departure.step = i == 0 ? 1e-6 : kStep;
+    past.leave(std::move(departure));
+  }
+  std::size_t told = 0;
+  for (int k = 0; k < kMotions; ++k) {
+    window.update(landmark, Eigen::Vector2d(3 + 1.5 * kStep * (k + 1) / kMotions, 4));
+    told += past.follow(window, {landmark}, {}).size();
+  }
+  EXPECT_GE(told, std::size_t{kMotions + kStates - 1});
+  EXPECT_LE(told, std::size_t{kMotions + 2 * (kStates - 1)});
+}
+
 TEST(PastStates, AreThoseThatHaveLeft) {
   WindowSmoother window(bounded(20, 2));
   RoundRoad<SE2> road;
