@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/detail/quantile.h"
@@ -114,12 +115,13 @@ void add_stretch(const RunFacts& facts, const Stretch& stretch, Correction& out)
 
 Correction correction_of(const RunFacts& facts) {
   Correction out;
-  const std::size_t count = facts.run.result.trajectory.size();
+  const std::vector<std::size_t> poses(facts.in_graph.begin(), facts.in_graph.end());
+  const std::size_t count = poses.size();
   out.length = std::clamp<std::size_t>(count / kFewestStretches, 1, kLongestStretch);
   const std::size_t step =
       std::max<std::size_t>(std::max<std::size_t>(1, out.length / 2), count / kMostStretches);
   for (std::size_t from = 0; from + out.length < count; from += step) {
-    const auto stretch = stretch_from(facts, from, out.length);
+    const auto stretch = stretch_from(facts, poses[from], out.length);
     if (!stretch) continue;
     try {
       add_stretch(facts, *stretch, out);

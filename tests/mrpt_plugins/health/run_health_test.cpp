@@ -308,6 +308,8 @@ TEST(RunHealth, WhatHasLeftTheWindowIsNotMissed) {
   for (const char* name : {"landmarks seen at one time only", "landmarks seen when in view"}) {
     EXPECT_EQ(verdict_of(Walk(s).health(), name), HealthVerdict::kGood);
   }
+  // What is left is enough to compare the path with the odometry.
+  EXPECT_EQ(verdict_of(Walk(s).health(), "path against odometry"), HealthVerdict::kGood);
 }
 
 TEST(RunHealth, ASensorThatIsTurnedOrLooksBackSeesWhatItHasInView) {
