@@ -44,8 +44,9 @@ class PastStates {
             const std::unordered_map<Key, Eigen::MatrixXd>& covariances) const;
 
   /// The states that have moved since they were told last, or left, so that what is told is whole
-  /// at every moment: some of `changed` have moved. What hangs on a variable follows once that has
-  /// moved by its own step, or by half of it, so that an update costs what it moves.
+  /// at every moment: some of `changed` have moved. A departure follows a variable once that has
+  /// moved by Departure::step, rounded down to a power of two, so that an update costs what it
+  /// moves.
   Values follow(const Values& window, const std::vector<Key>& changed,
                 const std::unordered_map<Key, Eigen::MatrixXd>& covariances);
 

@@ -96,7 +96,7 @@ void check_detections(const RunFacts& facts, Health& health) {
   const std::size_t moved = count_of(facts.run.dropped, "its thing moves");
   const std::size_t clutter = count_of(facts.run.dropped, "taken for clutter");
   const std::size_t all = std::max(facts.run.decided, facts.sightings.size() + moved + clutter);
-  if (facts.run.associates && all >= kFewestDetections) {
+  if (facts.run.associates() && all >= kFewestDetections) {
     health.push_back(share_entry("detections of moving things", moved, all, kMovedLimits,
                                  "detections were taken for those of things that move",
                                  "[sensor] sigma_range and sigma_yaw_deg: what scatters more than "

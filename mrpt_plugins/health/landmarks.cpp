@@ -261,12 +261,12 @@ void check_ids(const RunFacts& facts, Health& health) {
 }  // namespace
 
 void check_landmarks(const RunFacts& facts, Health& health) {
-  if (!facts.run.associates) check_ids(facts, health);
+  if (!facts.run.associates()) check_ids(facts, health);
   const auto& landmarks = facts.run.result.landmarks;
   if (landmarks.size() < kFewestLandmarks || facts.sightings.empty()) return;
   const std::vector<Looks> looks = looks_at(facts, view_of(facts.sightings));
   const std::optional<double> usual = usual_share(looks);
-  if (facts.run.associates) {
+  if (facts.run.associates()) {
     const std::size_t copies = count_copies(facts, usual.value_or(kSeenDoubtful));
     health.push_back(entry_on_copies(copies, landmarks.size()));
   }

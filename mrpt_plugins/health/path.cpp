@@ -153,7 +153,7 @@ HealthEntry entry_on(const Correction& correction, const RunFacts& facts) {
   } else if (excess > kOdometryExcess && facts.figure("clouds") == 0) {
     // Clouds tell so much more than odometry that nothing follows from noise that is stated too
     // large.
-    entry.verdict = facts.run.associates ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
+    entry.verdict = facts.run.associates() ? HealthVerdict::kBad : HealthVerdict::kDoubtful;
   }
   // The fault is of the odometry then, and a path by scans does not follow it.
   if (facts.is_by_scans() && facts.run.agrees) {

@@ -20,14 +20,15 @@ struct RunToJudge {
   const MapResult& result;
   /// Reason -> number of measurements that were not used.
   const std::map<std::string, std::size_t>& dropped;
-  /// Whether the mapping decided which detection is of which landmark.
-  bool associates = false;
+  /// Detections of which the mapping decided what they are of, also those that have left the graph.
+  std::size_t decided = 0;
   /// Figures of the plugins (MappingPlugin::statistics).
   std::map<std::string, double> statistics = {};
   /// What was measured far apart in time agrees in space.
   bool agrees = false;
-  /// Detections of which the mapping decided what they are of, also those that have left the graph.
-  std::size_t decided = 0;
+
+  /// Whether the mapping decided which detection is of which landmark.
+  bool associates() const { return decided > 0; }
 };
 
 /// All that a run tells about itself without truth; quantities that it has no basis for are left

@@ -159,11 +159,10 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
   const Backend& backend = mapper.backend();
   const Estimate estimate{backend.values(), backend.assignment()};
   const std::map<std::string, std::size_t> dropped = mapper.dropped();
-  const std::size_t decided = mapper.decisions().size();
   const bool agrees = agreement_of(agreement) == HealthVerdict::kGood;
   Health health = std::move(agreement);
-  for (HealthEntry& entry : run_health({backend.graph(), estimate, result, dropped, decided > 0,
-                                        mapper.statistics(), agrees, decided})) {
+  for (HealthEntry& entry : run_health({backend.graph(), estimate, result, dropped,
+                                        mapper.decisions().size(), mapper.statistics(), agrees})) {
     health.push_back(std::move(entry));
   }
   if (repeated_stamps > kRepeatedLimits.doubtful) {

@@ -89,7 +89,7 @@ TEST(AgreementHealth, WhereItIsGoodAScaleThatNoWheelHasIsOnlyDoubtful) {
     const std::map<std::string, double> figures = {
         {"scans", 1000}, {"odometry_times_translation", 1.01}, {"odometry_times_rotation", turn}};
     for (const bool agrees : {false, true}) {
-      const Health health = run_health({graph, estimate, result, none, false, figures, agrees});
+      const Health health = run_health({graph, estimate, result, none, 0, figures, agrees});
       const auto entry = std::find_if(health.begin(), health.end(), [](const HealthEntry& e) {
         return e.name == "scale of the odometry by scans";
       });
