@@ -31,8 +31,8 @@ constexpr std::size_t kPlacePoints = 2000;  // that are aligned
 /// support is larger by this.
 constexpr double kLeastInliers = 0.5;
 constexpr double kBetterSupport = 0.05;
-/// Standard deviations of the start that the matches do not tell: of the drive up to them
-/// [spacings], [rad].
+/// Standard deviations that a place of the drive may be off from a known start: of the drive up to
+/// it [spacings], [rad].
 constexpr double kStartSpacings = 1;
 constexpr double kStartAngle = 0.02;
 /// Probability with which a known start allows the true one.
@@ -267,11 +267,10 @@ std::optional<UncertainMotion3> CloudPlaceSearch::look(const CloudMapper& mapper
   if (!plan_.is_due(scale_ * present.travelled.back())) return std::nullopt;
   const std::vector<CloudPoint> points =
       transformed(present.poses.back().inverse(), tracker.surfaces()->points());
-  const auto found = look(points, mapper.pose(tracker.clouds() - 1));
+  const std::size_t last = tracker.clouds() - 1;
+  const auto found = look(points, mapper.pose(last));
   if (!found) return std::nullopt;
-  UncertainMotion3 start = *found * UncertainMotion3{mapper.pose(0), Matrix6::Zero()};
-  start.covariance += start_covariance(spacing_);
-  return start;
+  return *found * UncertainMotion3{mapper.pose(last), Matrix6::Zero()} * mapper.relation(last, 0);
 }
 
 }  // namespace hybrid

@@ -17,11 +17,12 @@ inline constexpr double kDirectionError = 0.05;
 /// errors of their directions.
 inline constexpr double kLeastShare = 0.01;
 
-/// Information `H` of surfaces about a pose, without what errors of their directions add, which is
-/// about `F`; zero where H is not positive definite.
+/// Where `H` is the information of surfaces about a pose, and errors of their directions add about
+/// `F` to it: the product of this with H is what is left without them, and with the gradient what
+/// that is drawn to. Zero where H is not positive definite.
 template <int N>
-Eigen::Matrix<double, N, N> without_direction_errors(const Eigen::Matrix<double, N, N>& H,
-                                                     const Eigen::Matrix<double, N, N>& F) {
+Eigen::Matrix<double, N, N> share_of_surfaces(const Eigen::Matrix<double, N, N>& H,
+                                              const Eigen::Matrix<double, N, N>& F) {
   using Matrix = Eigen::Matrix<double, N, N>;
   const Eigen::LLT<Matrix> factor(H);
   if (factor.info() != Eigen::Success) return Matrix::Zero();
@@ -33,7 +34,17 @@ Eigen::Matrix<double, N, N> without_direction_errors(const Eigen::Matrix<double,
   const Eigen::Matrix<double, N, 1> shares =
       (1.0 - 2.0 * eigen.eigenvalues().array()).cwiseMax(kLeastShare).matrix();
   const Matrix B = L * eigen.eigenvectors();
-  return B * shares.asDiagonal() * B.transpose();
+  const Matrix back = eigen.eigenvectors().transpose() *
+                      Matrix(factor.matrixL().solve(Matrix::Identity()));
+  return B * shares.asDiagonal() * back;
+}
+
+/// Information `H` of surfaces about a pose, without what errors of their directions add.
+template <int N>
+Eigen::Matrix<double, N, N> without_direction_errors(const Eigen::Matrix<double, N, N>& H,
+                                                     const Eigen::Matrix<double, N, N>& F) {
+  const Eigen::Matrix<double, N, N> known = share_of_surfaces<N>(H, F) * H;
+  return 0.5 * (known + known.transpose());
 }
 
 }  // namespace hybrid

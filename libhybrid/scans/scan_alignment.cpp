@@ -25,6 +25,8 @@ constexpr double kMostSigma = 0.1;
 constexpr double kLossWidth = 2.5;
 /// Steps below this [m], [rad] end the iteration.
 constexpr double kSmallStep = 2e-4;
+/// Information that each direction has without any point.
+constexpr double kLeastInformation = 1e-3;
 /// A point lies on a surface within this distance [m].
 constexpr double kOnSurface = 0.1;
 /// Median of the absolute values of a normal variable of unit variance.
@@ -87,7 +89,7 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     const std::vector<Pairing> pairings =
         pairings_at(points, map, radius, options.correlation_length, result);
     result.sigma = robust_sigma(pairings);
-    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d H = kLeastInformation * Eigen::Matrix3d::Identity();
     Eigen::Matrix3d F = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     for (const Pairing& pairing : pairings) {
@@ -98,10 +100,12 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
       F += weight * kDirectionError * kDirectionError * pairing.along * pairing.along.transpose();
       g += weight * pairing.residual * pairing.jacobian;
     }
-    const Eigen::Matrix3d A =
-        H + options.prior + Eigen::Vector3d(1e-3, 1e-3, 1e-3).asDiagonal().toDenseMatrix();
+    const Eigen::Matrix3d share = share_of_surfaces<3>(H, F);
+    const Eigen::Matrix3d known = share * H;
+    const Eigen::Matrix3d information = 0.5 * (known + known.transpose());
+    const Eigen::Matrix3d A = information + options.prior;
     const Eigen::Vector3d off = start.between(result.pose).log();
-    Eigen::Vector3d step = -A.llt().solve(g + options.prior * off);
+    Eigen::Vector3d step = -A.llt().solve(share * g + options.prior * off);
     if (!step.allFinite()) break;
     step *= std::min(1.0, 0.5 / std::max(step.norm(), 1e-9));
     result.pose = result.pose * SE2::exp(step);
@@ -111,7 +115,7 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     const bool last =
         (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) || i + 1 == options.max_iterations;
     if (!last) continue;
-    result.information = without_direction_errors<3>(H, F);
+    result.information = information;
     break;
   }
   return result;

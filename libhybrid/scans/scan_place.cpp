@@ -24,8 +24,8 @@ constexpr double kOnWrong = 0.5;
 constexpr double kOtherView = 20.0;
 /// Surfaces tell of a place independently if they are so far apart [m].
 constexpr double kIndependent = 0.5;
-/// Standard deviations of the start that the matches do not tell: of the drive up to them [m],
-/// [rad].
+/// Standard deviations that a place of the drive may be off from a known start: of the drive up to
+/// it [m], [rad].
 constexpr double kStart = 0.1;
 constexpr double kStartTurn = 0.02;
 /// Probability with which a known start allows the true one.
@@ -214,12 +214,12 @@ std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
   const ScanTracker& tracker = mapper.tracker();
   if (tracker.keyframes().empty()) return std::nullopt;
   if (!is_due(tracker.keyframes().back().travelled)) return std::nullopt;
-  const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
+  const std::size_t last = tracker.keyframes().size() - 1;
+  const SE2 newest = mapper.pose(last);
   const ScanPlace* found = look(recent_points(tracker, options_.query_length), newest);
   if (found == nullptr) return std::nullopt;
-  UncertainMotion start{found->T_map_drive.motion * mapper.pose(0), found->T_map_drive.covariance};
-  start.covariance.diagonal() += Eigen::Vector3d(kStart, kStart, kStartTurn).cwiseAbs2();
-  return start;
+  const UncertainMotion here = found->T_map_drive * UncertainMotion{newest, Eigen::Matrix3d::Zero()};
+  return here * mapper.relation(last, 0);
 }
 
 }  // namespace hybrid

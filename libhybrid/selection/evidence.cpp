@@ -83,7 +83,7 @@ double EvidenceModel::log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd&
   const double to_any = density_ratio(fit->chi_square, fit->log_det, factor);
   const auto* place = dynamic_cast<const MistakablePlace*>(&factor);
   if (place == nullptr) return to_any;
-  const std::optional<Fit> false_fit = fit_of(b, S + place->elsewhere());
+  const std::optional<Fit> false_fit = fit_of(b, S + place->elsewhere() / variance_factor);
   if (!false_fit) return to_any;
   const int d = factor.rows();
   return std::min(to_any, log_density(fit->chi_square, fit->log_det, d) -

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <cmath>
 #include <random>
 
 #include "libhybrid/scans/scan_join.h"
@@ -34,11 +36,11 @@ std::vector<StoredScans> stored(const ScanMapper& mapper, const SE2& T) {
   return out;
 }
 
-/// The start that is found along a way, if it is.
+/// The start that is found along a way, if it is; `mapper` has followed the drive up to there.
 std::optional<UncertainMotion> found_on(const testing::FloorPlan& plan, const std::vector<SE2>& way,
-                                        ScanPlaceSearch& search, unsigned seed) {
+                                        ScanPlaceSearch& search, unsigned seed,
+                                        ScanMapper& mapper) {
   std::mt19937 random(seed);
-  ScanMapper mapper;
   for (std::size_t i = 0; i < way.size(); ++i) {
     std::optional<SE2> odometry;
     if (i > 0) odometry = way[i - 1].between(way[i]);
@@ -46,6 +48,27 @@ std::optional<UncertainMotion> found_on(const testing::FloorPlan& plan, const st
     if (const auto start = search.look(mapper)) return start;
   }
   return std::nullopt;
+}
+
+std::optional<UncertainMotion> found_on(const testing::FloorPlan& plan, const std::vector<SE2>& way,
+                                        ScanPlaceSearch& search, unsigned seed) {
+  ScanMapper mapper;
+  return found_on(plan, way, search, seed, mapper);
+}
+
+// A drive is recognised where it is; its start is known as well as the way from there.
+TEST(ScanPlaceSearch, TheStartIsNotKnownBetterThanTheWayToIt) {
+  const std::vector<SE2> way = testing::way_around_ring(1, 0.1);
+  const ScanMapper first = drive(testing::ring(), way, 1);
+  ScanPlaceSearch search(stored(first, SE2()));
+  ScanMapper mapper;
+  const auto start = found_on(testing::ring(), way, search, 2, mapper);
+  ASSERT_TRUE(start);
+  const std::size_t last = mapper.tracker().keyframes().size() - 1;
+  const Eigen::Matrix3d beyond = start->covariance - mapper.relation(last, 0).covariance;
+  EXPECT_GT(beyond.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0.0);
+  EXPECT_LT(std::sqrt(start->covariance(0, 0)), 0.1);
+  EXPECT_LT(std::sqrt(start->covariance(1, 1)), 0.1);
 }
 
 TEST(ScanPlaceSearch, FindsTheStartOfADriveAnywhere) {

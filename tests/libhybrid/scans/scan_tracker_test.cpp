@@ -66,9 +66,12 @@ TEST(ScanTracker, FollowsWithoutOdometry) {
 }
 
 TEST(ScanTracker, MeasuresThatOdometryIsBad) {
-  Follower follower;
-  EXPECT_LT(error_after(half_ring(), follower, 1.4, true), 0.3);
-  EXPECT_LT(follower.tracker.odometry_noise().calibration()[0], 0.9);
+  for (const double scale : {0.6, 0.8, 1.2, 1.35}) {
+    SCOPED_TRACE(scale);
+    Follower follower;
+    EXPECT_LT(error_after(half_ring(), follower, scale, true), 0.1);
+    EXPECT_NEAR(follower.tracker.odometry_noise().calibration()[0], 1.0 / scale, 0.25);
+  }
 }
 
 TEST(ScanTracker, TakesScaleAndDriftOutOfOdometry) {

@@ -38,6 +38,16 @@ TEST(Evidence, OfAMatchThatFitsIsHowFarItMightBeElsewhere) {
   EXPECT_NEAR(ratio, std::log1p(kSpread * kSpread / (kSigma * kSigma)), 1e-9);
 }
 
+// Where noise is overstated, matches are known better than they say. How far places are apart is
+// measured in metres and does not shrink with it.
+TEST(Evidence, OfAMatchGrowsWhereNoiseIsOverstated) {
+  EvidenceModel overstated = model();
+  overstated.variance_factor = 0.1;
+  const double ratio =
+      overstated.log_ratio(Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity(), match(kSpread));
+  EXPECT_NEAR(ratio, std::log1p(kSpread * kSpread / (0.1 * kSigma * kSigma)), 1e-9);
+}
+
 TEST(Evidence, OfAMatchInAMapOfOnePlaceIsNone) {
   const Eigen::Vector3d b(0.5, -1.0, 2.0);
   EXPECT_NEAR(model().log_ratio(b, Eigen::Matrix3d::Identity(), match(0.0)), 0.0, 1e-9);
