@@ -37,6 +37,7 @@ struct Pairing {
   Eigen::Vector3d along;  // the same for a normal turned by a right angle
   double residual = 0.0;
   double weight = 0.0;
+  double direction_error = 0.0;  // of the surface [rad]
 };
 
 /// The counterparts of the points at the pose of `result`; counts those that lie on a surface.
@@ -59,7 +60,8 @@ std::vector<Pairing> pairings_at(const std::vector<SurfacePoint>& points, const 
     pairings.push_back({{n.x(), n.y(), n.y() * p.x() - n.x() * p.y()},
                         {-n.y(), n.x(), n.x() * p.x() + n.y() * p.y()},
                         residual,
-                        std::min(1.0, point.length / correlation)});
+                        std::min(1.0, point.length / correlation),
+                        kDirectionError / std::sqrt(surfel->count)});
     if (std::abs(residual) >= kOnSurface) continue;
     ++on_surface;
     result.support += pairings.back().weight * (1.0 - std::pow(residual / kOnSurface, 2));
@@ -97,7 +99,8 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
       const double root = 1.0 / (1.0 + r * r);
       const double weight = pairing.weight * root * root / (result.sigma * result.sigma);
       H += weight * pairing.jacobian * pairing.jacobian.transpose();
-      F += weight * kDirectionError * kDirectionError * pairing.along * pairing.along.transpose();
+      F += weight * std::pow(pairing.direction_error, 2) * pairing.along *
+           pairing.along.transpose();
       g += weight * pairing.residual * pairing.jacobian;
     }
     const Eigen::Matrix3d share = share_of_surfaces<3>(H, F);
