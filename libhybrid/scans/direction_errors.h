@@ -34,8 +34,8 @@ Eigen::Matrix<double, N, N> share_of_surfaces(const Eigen::Matrix<double, N, N>&
   const Eigen::Matrix<double, N, 1> shares =
       (1.0 - 2.0 * eigen.eigenvalues().array()).cwiseMax(kLeastShare).matrix();
   const Matrix B = L * eigen.eigenvectors();
-  const Matrix back = eigen.eigenvectors().transpose() *
-                      Matrix(factor.matrixL().solve(Matrix::Identity()));
+  const Matrix back =
+      eigen.eigenvectors().transpose() * Matrix(factor.matrixL().solve(Matrix::Identity()));
   return B * shares.asDiagonal() * back;
 }
 

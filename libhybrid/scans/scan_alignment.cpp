@@ -99,8 +99,8 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
       const double root = 1.0 / (1.0 + r * r);
       const double weight = pairing.weight * root * root / (result.sigma * result.sigma);
       H += weight * pairing.jacobian * pairing.jacobian.transpose();
-      F += weight * std::pow(pairing.direction_error, 2) * pairing.along *
-           pairing.along.transpose();
+      F +=
+          weight * std::pow(pairing.direction_error, 2) * pairing.along * pairing.along.transpose();
       g += weight * pairing.residual * pairing.jacobian;
     }
     const Eigen::Matrix3d share = share_of_surfaces<3>(H, F);

@@ -218,7 +218,8 @@ std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
   const SE2 newest = mapper.pose(last);
   const ScanPlace* found = look(recent_points(tracker, options_.query_length), newest);
   if (found == nullptr) return std::nullopt;
-  const UncertainMotion here = found->T_map_drive * UncertainMotion{newest, Eigen::Matrix3d::Zero()};
+  const UncertainMotion here =
+      found->T_map_drive * UncertainMotion{newest, Eigen::Matrix3d::Zero()};
   return here * mapper.relation(last, 0);
 }
 

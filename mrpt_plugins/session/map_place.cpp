@@ -17,7 +17,7 @@ namespace {
 
 /// So much of a map that is in view is shown in the right place at least, to what is seen again
 /// within seconds.
-constexpr double kLeastShown = 0.75;
+constexpr double kLeastShown = 0.85;
 
 /// Throws Error where new landmarks, which are numbered, would be among those with ids of logs.
 void refuse_numbers(const ReplaySettings& settings, const MapRecord& map) {

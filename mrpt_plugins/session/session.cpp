@@ -3,9 +3,7 @@
 
 #include "mrpt_plugins/session/detail/session.h"
 
-#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
-#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/interrupt.h"
@@ -87,8 +85,9 @@ const MapRecord& Session::known() const {
 Agreement Session::agreement(const std::vector<PlacedScan>& scans,
                              const std::vector<PlacedCloud>& clouds, double reach) const {
   const MapRecord& map = known();
-  if (has_planar_scans(map)) return agreement_with_map(scans, stored_scans(map));
-  if (has_clouds(map)) return agreement_with_map(clouds, reach, stored_clouds(map));
+  const Values& values = mapper_->backend().values();
+  if (has_planar_scans(map)) return agreement_with_map(scans, found_scans(map, values));
+  if (has_clouds(map)) return agreement_with_map(clouds, reach, found_clouds(map, values));
   return {};
 }
 
