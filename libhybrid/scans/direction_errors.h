@@ -17,9 +17,9 @@ inline constexpr double kDirectionError = 0.05;
 /// errors of their directions.
 inline constexpr double kLeastShare = 0.01;
 
-/// Where `H` is the information of surfaces about a pose, and errors of their directions add about
-/// `F` to it: the product of this with H is what is left without them, and with the gradient what
-/// that is drawn to. Zero where H is not positive definite.
+/// The share S of the information `H` of surfaces about a pose that is not of errors of their
+/// directions, which add about `F` to it: S H is the information without them, S g the gradient.
+/// Zero where H is not positive definite.
 template <int N>
 Eigen::Matrix<double, N, N> share_of_surfaces(const Eigen::Matrix<double, N, N>& H,
                                               const Eigen::Matrix<double, N, N>& F) {
