@@ -107,7 +107,7 @@ Matrix6 information_of(const std::vector<Pairing>& pairings, double sigma, doubl
   }
   H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
   F.triangularView<Eigen::StrictlyUpper>() = F.transpose();
-  return without_direction_errors<6>(H, F);
+  return without_direction_errors<6>(share_of_surfaces<6>(H, F), H);
 }
 
 }  // namespace

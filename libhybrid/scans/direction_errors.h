@@ -39,11 +39,12 @@ Eigen::Matrix<double, N, N> share_of_surfaces(const Eigen::Matrix<double, N, N>&
   return B * shares.asDiagonal() * back;
 }
 
-/// Information `H` of surfaces about a pose, without what errors of their directions add.
+/// Information `H` of surfaces about a pose without errors of their directions, where `share` is
+/// that of share_of_surfaces; symmetric to the last bit.
 template <int N>
-Eigen::Matrix<double, N, N> without_direction_errors(const Eigen::Matrix<double, N, N>& H,
-                                                     const Eigen::Matrix<double, N, N>& F) {
-  const Eigen::Matrix<double, N, N> known = share_of_surfaces<N>(H, F) * H;
+Eigen::Matrix<double, N, N> without_direction_errors(const Eigen::Matrix<double, N, N>& share,
+                                                     const Eigen::Matrix<double, N, N>& H) {
+  const Eigen::Matrix<double, N, N> known = share * H;
   return 0.5 * (known + known.transpose());
 }
 

@@ -104,8 +104,7 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
       g += weight * pairing.residual * pairing.jacobian;
     }
     const Eigen::Matrix3d share = share_of_surfaces<3>(H, F);
-    const Eigen::Matrix3d known = share * H;
-    const Eigen::Matrix3d information = 0.5 * (known + known.transpose());
+    const Eigen::Matrix3d information = without_direction_errors<3>(share, H);
     const Eigen::Matrix3d A = information + options.prior;
     const Eigen::Vector3d off = start.between(result.pose).log();
     Eigen::Vector3d step = -A.llt().solve(share * g + options.prior * off);

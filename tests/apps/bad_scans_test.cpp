@@ -28,10 +28,8 @@ class BadScansTest : public ReplayTest {
     return summary;
   }
   static std::string verdict(const Json& summary, const std::string& name) {
-    for (const Json& e : summary.at("health")) {
-      if (e.at("name") == name) return e.at("verdict");
-    }
-    return "none";
+    const Json found = entry(summary, name);
+    return found.is_null() ? "none" : found.at("verdict").get<std::string>();
   }
   /// How often something was left out or repaired, of reasons that have a word.
   static std::size_t dropped(const Json& summary, const std::string& word) {

@@ -22,12 +22,6 @@ const std::string kHidden = kLog + " --set sensor.ids=none";
 
 class ReplayHealthTest : public ReplayTest {
  protected:
-  static Json entry(const Json& summary, const std::string& name) {
-    for (const Json& e : summary.at("health")) {
-      if (e.at("name") == name) return e;
-    }
-    return {};
-  }
   static std::size_t bad(const Json& summary) {
     std::size_t count = 0;
     for (const Json& e : summary.at("health")) count += e.at("verdict") == "bad" ? 1 : 0;

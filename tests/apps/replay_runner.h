@@ -38,6 +38,13 @@ class ReplayTest : public ScratchFolder {
     const std::string text = read_file(folder / "out" / "summary.json");
     return nlohmann::json::parse(text.empty() ? "{}" : text);
   }
+  /// The entry of that name of the health in a summary; null if there is none.
+  static nlohmann::json entry(const nlohmann::json& summary, const std::string& name) {
+    for (const nlohmann::json& e : summary.at("health")) {
+      if (e.at("name") == name) return e;
+    }
+    return {};
+  }
   /// Expects exit code 1, a message of one line that holds `part`, and no output.
   void expect_failure(const std::string& arguments, const std::string& part) const {
     const Ran ran = run_replay(arguments + " --no-pictures -o " + at("out"));

@@ -138,12 +138,9 @@ TEST_F(ScanMapFileTest, AMapThatIsBentIsLookedAtWhereItIsFound) {
   ASSERT_EQ(built.code, 0) << built.text;
   const Json summary =
       summary_of(at("second.rawlog") + " --map " + at("bent.hmap") + " --map-mode localize");
-  const Json health = summary.at("health");
-  const auto agreement = std::find_if(health.begin(), health.end(), [](const Json& entry) {
-    return entry.at("name") == "agreement with the map";
-  });
-  ASSERT_NE(agreement, health.end());
-  EXPECT_GT(agreement->at("value").get<double>(), 0.97);
+  const Json agreement = entry(summary, "agreement with the map");
+  ASSERT_FALSE(agreement.is_null());
+  EXPECT_GT(agreement.at("value").get<double>(), 0.97);
 }
 
 TEST_F(ScanMapFileTest, TheGridIsOfAllThatTheMapHolds) {
