@@ -5,9 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <set>
 #include <tuple>
+#include <utility>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
@@ -104,19 +103,24 @@ Eigen::MatrixXd follows(const Pose& pose, const Eigen::MatrixXd& rows,
   return out;
 }
 
+SE2 moved_by(const Eigen::Isometry3d& T, const SE2& pose) {
+  return to_se2(T * to_isometry(pose));
+}
+SE3 moved_by(const Eigen::Isometry3d& T, const SE3& pose) {
+  return to_se3(T * to_isometry(pose));
+}
+
 /// A pose after a motion, of which it had the covariance C before: a displacement normal with C,
 /// measured by the motion, which it follows by F.
 template <class Pose>
 Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& F,
            const Eigen::MatrixXd& C) {
   constexpr int kPosition = Pose::Point::RowsAtCompileTime;
-  Values there;
-  insert_pose(there, Key('x', 0), motion.T * to_isometry(pose), Pose::kDim == SE3::kDim);
-  const typename Pose::Tangent d = pose.between(there.at<Pose>(Key('x', 0))).log();
-  typename Pose::Tangent noise = Pose::Tangent::Constant(motion.off / motion.wide);
-  noise.template head<kPosition>().setConstant(motion.off);
-  const Eigen::MatrixXd S = C + Eigen::MatrixXd(noise.asDiagonal());
-  const typename Pose::Tangent step = F * C * S.completeOrthogonalDecomposition().solve(d);
+  const typename Pose::Tangent d = pose.between(moved_by(motion.T, pose)).log();
+  Eigen::Matrix<double, Pose::kDim, Pose::kDim> S = C;
+  S.diagonal().template head<kPosition>().array() += motion.off;
+  S.diagonal().template tail<Pose::kDim - kPosition>().array() += motion.off / motion.wide;
+  const typename Pose::Tangent step = F * (C * S.completeOrthogonalDecomposition().solve(d));
   return pose * Pose::exp(step);
 }
 
@@ -212,28 +216,34 @@ Values PastStates::at(const Values& window,
   return out;
 }
 
+/// Lets what hangs on a variable wait for its turn, once the variable has moved far enough.
+void PastStates::ask(Key key, const Values& now) {
+  const auto tie = ties_.find(key);
+  if (tie == ties_.end() || !now.contains(key)) return;
+  for (auto& [exponent, followers] : tie->second) {
+    if (!(way_between(key, followers.followed, now) > std::ldexp(1.0, exponent))) continue;
+    followers.followed = {};
+    copy(key, now, followers.followed);
+    // What left later comes first, since earlier departures hang on it.
+    for (auto it = followers.departures.rbegin(); it != followers.departures.rend(); ++it) {
+      if (std::exchange(departures_[*it].waits, true)) continue;
+      waiting_.push_back(*it);
+    }
+  }
+}
+
 Values PastStates::follow(const Values& window, const std::vector<Key>& changed,
                           const std::unordered_map<Key, Eigen::MatrixXd>& covariances) {
-  std::set<std::size_t, std::greater<>> due;
-  const auto ask = [&](Key key, const Values& now) {
-    const auto tie = ties_.find(key);
-    if (tie == ties_.end() || !now.contains(key)) return;
-    for (auto& [exponent, followers] : tie->second) {
-      if (!(way_between(key, followers.followed, now) > std::ldexp(1.0, exponent))) continue;
-      followers.followed = {};
-      copy(key, now, followers.followed);
-      due.insert(followers.departures.begin(), followers.departures.end());
-    }
-  };
   for (const Key key : changed) ask(key, window.contains(key) ? window : told_);
   Values out;
-  // What left later comes first, since earlier departures hang on it.
-  while (!due.empty()) {
-    const std::size_t first = *due.begin();
-    due.erase(due.begin());
+  for (std::size_t told = 0; !waiting_.empty() && told <= changed.size();) {
+    const std::size_t first = waiting_.front();
+    waiting_.pop_front();
+    departures_[first].waits = false;
     Values states;
     move(departures_[first], window, told_, covariances, states);
     for (const Key key : states.keys()) {
+      ++told;
       if (departure_of_.at(key) != first) continue;  // it came back, and left again later
       std::copy_n(states.data(key), states.type(key).size, told_.data(told_.slot(key)));
       if (out.contains(key)) out.erase(key);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <map>
 #include <unordered_map>
 #include <utility>
@@ -28,6 +29,7 @@ class PastStates {
     /// By how much what they are tied to moves before they follow [m]: half the sigma of the
     /// position of a state, all else given.
     double step = 0;
+    bool waits = false;  ///< for its turn to follow
 
     Departure() = default;
     /// `tied` are those of the separator that have a place.
@@ -45,8 +47,8 @@ class PastStates {
 
   /// The states that have moved since they were told last, or left, so that what is told is whole
   /// at every moment: some of `changed` have moved. A departure follows a variable once that has
-  /// moved by Departure::step, rounded down to a power of two, so that an update costs what it
-  /// moves.
+  /// moved by Departure::step, rounded down to a power of two. Where more are due than have
+  /// changed, they take turns, so that following costs no more than the update that it follows.
   Values follow(const Values& window, const std::vector<Key>& changed,
                 const std::unordered_map<Key, Eigen::MatrixXd>& covariances);
 
@@ -60,12 +62,14 @@ class PastStates {
   /// not make all that saw the same landmark follow each micrometre.
   using Tie = std::map<int, Followers>;
 
+  void ask(Key key, const Values& now);
   /// The states of a departure where their ties are now, in the window or else among `past`.
   static void move(const Departure& departure, const Values& window, const Values& past,
                    const std::unordered_map<Key, Eigen::MatrixXd>& covariances, Values& out);
 
   std::vector<Departure> departures_;
   std::unordered_map<Key, Tie> ties_;
+  std::deque<std::size_t> waiting_;                    // departures that are due, in their turn
   Values told_;                                        // of all states
   std::unordered_map<Key, std::size_t> departure_of_;  // the last one of each state
 };

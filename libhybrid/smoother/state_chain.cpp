@@ -3,7 +3,6 @@
 #include "libhybrid/smoother/state_chain.h"
 
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
 #include "libhybrid/factors/detail/linear_prior.h"
@@ -37,6 +36,7 @@ const std::vector<Key>& held_by(const HybridGraph& graph, Handle handle) {
 }  // namespace
 
 void StateChain::forget(const std::vector<Key>& keys) {
+  if (keys.empty()) return;
   const std::unordered_set<Key> gone(keys.begin(), keys.end());
   states_.erase(
       std::remove_if(states_.begin(), states_.end(), [&](Key key) { return gone.count(key) != 0; }),
@@ -68,14 +68,28 @@ bool StateChain::is_needed(Key state, const IncrementalSmoother& smoother,
   return needed;
 }
 
+/// Whether no factor ties a state to a newer one: the next motion hangs on it, if one comes.
+bool StateChain::ends_chain(Key state, const IncrementalSmoother& smoother,
+                            const std::unordered_set<Key>& newer) {
+  for (Handle handle : smoother.factors_of(state)) {
+    const std::vector<Key>& keys = held_by(smoother.graph(), handle);
+    const auto is_newer = [&](Key key) { return newer.count(key) != 0; };
+    if (std::any_of(keys.begin(), keys.end(), is_newer)) return false;
+  }
+  return true;
+}
+
 std::vector<Departure> StateChain::surplus(const IncrementalSmoother& smoother,
                                            const std::set<Key>& held) {
   if (entered_ <= options_.complete || entered_ < look_again_) return {};
   std::unordered_map<Key, int> newer;
+  std::unordered_set<Key> newer_states;
   std::vector<std::size_t> found;  // newest first
   for (std::size_t i = states_.size(); i-- > 0;) {
     const bool needed = is_needed(states_[i], smoother, newer) || anchors_.count(states_[i]) != 0 ||
-                        held.count(states_[i]) != 0;
+                        held.count(states_[i]) != 0 ||
+                        ends_chain(states_[i], smoother, newer_states);
+    newer_states.insert(states_[i]);
     if (!needed && states_.size() - i > static_cast<std::size_t>(std::max(options_.sightings, 1)))
       found.push_back(i);
   }
@@ -83,16 +97,34 @@ std::vector<Departure> StateChain::surplus(const IncrementalSmoother& smoother,
     look_again_ = entered_ + static_cast<int>(std::max(kStatesAtOnce, states_.size() / kLooks));
     return {};
   }
-  std::vector<Departure> out;
-  std::vector<Key> run;  // of states that follow each other
+  std::vector<std::vector<Key>> runs;
   for (std::size_t n = 0; n < kStatesAtOnce; ++n) {
-    const std::size_t i = found[found.size() - 1 - n];
-    run.push_back(states_[i]);
-    if (n + 1 < kStatesAtOnce && found[found.size() - 2 - n] == i + 1) continue;
+    append(states_[found[found.size() - 1 - n]], smoother, runs);
+  }
+  std::vector<Departure> out;
+  for (const std::vector<Key>& run : runs) {
     for (Departure& going : split(run, smoother)) out.push_back(std::move(going));
-    run.clear();
   }
   return out;
+}
+
+/// Appends a state to the run of which a factor ties it to the last one, or to a run of its own:
+/// what follows each other leaves together, what does not would tie two places.
+void StateChain::append(Key state, const IncrementalSmoother& smoother,
+                        std::vector<std::vector<Key>>& runs) {
+  std::unordered_set<Key> tied;
+  for (Handle handle : smoother.factors_of(state)) {
+    const std::vector<Key>& keys = held_by(smoother.graph(), handle);
+    tied.insert(keys.begin(), keys.end());
+  }
+  const auto run = std::find_if(runs.begin(), runs.end(), [&](const std::vector<Key>& some) {
+    return tied.count(some.back()) != 0;
+  });
+  if (run == runs.end()) {
+    runs.push_back({state});
+  } else {
+    run->push_back(state);
+  }
 }
 
 /// A run of states in parts that tie few variables together each, where the chain may be broken

@@ -22,8 +22,8 @@ struct WindowOptions {
   /// A bounded window is full smoothing until more states than this have entered.
   int complete = 3000;
   /// From then on a state leaves once this many newer ones hold each variable that it shares a
-  /// factor with, i.e. have seen each landmark that it saw, and as many are newer at all. All other
-  /// variables stay.
+  /// factor with, i.e. have seen each landmark that it saw, and as many are newer at all. The end
+  /// of a chain, which no factor ties to a newer state, and all other variables stay.
   int sightings = 50;
   /// What leaves ties no more than so many of them together by one prior, as far as a break of the
   /// chain of states costs little; two priors on nearly the same ones become one of at most twice

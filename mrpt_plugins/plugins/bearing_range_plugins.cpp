@@ -71,23 +71,26 @@ int first_class(std::vector<double> prior, const std::vector<double>& likelihood
 
 }  // namespace
 
+void IdReading::configure(IniSection& section) {
+  sensors = read_sensors(section);
+  huber_width = section.get("huber_width", huber_width,
+                            "for ids that are sometimes misread: beyond so many sigmas the cost of "
+                            "a sighting grows only linearly; 0: none is wrong",
+                            or_zero(IniRange{1e-3, 1e3}));
+}
+
 void BearingRangeKnownIds::adopt(const KnownMap& known, bool) {
   refuse_numbered(known);
 }
 
 void BearingRangeKnownIds::configure(IniSection section) {
-  sensors_ = read_sensors(section);
-  huber_width_ =
-      section.get("huber_width", huber_width_,
-                  "for ids that are sometimes misread: beyond so many sigmas the cost of "
-                  "a sighting grows only linearly; 0: none is wrong",
-                  or_zero(IniRange{1e-3, 1e3}));
+  ids_.configure(section);
 }
 
 Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
-  const Loss loss = huber_width_ > 0 ? Loss::huber(huber_width_) : Loss();
-  for_each_identified(frame, map, sensors_, out,
+  const Loss loss = ids_.loss();
+  for_each_identified(frame, map, ids_.sensors, out,
                       [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
                         if (is_new(id, map, out)) {
                           out.landmarks.push_back({id, position_key(id), std::nullopt, 0});
@@ -101,7 +104,7 @@ Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& ma
 }
 
 void ClassedBearingRangeKnownIds::configure(IniSection section) {
-  sensors_ = read_sensors(section);
+  ids_.configure(section);
   classes_ = read_class_model(section);
 }
 
@@ -112,8 +115,9 @@ void ClassedBearingRangeKnownIds::adopt(const KnownMap& known, bool) {
 
 Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
+  const Loss loss = ids_.loss();
   for_each_identified(
-      frame, map, sensors_, out,
+      frame, map, ids_.sensors, out,
       [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
         classes_.learn_names(seen.class_names);
         const DiscreteKey class_key{Key(key_letter::kLandmarkClass, position_key(id).index()),
@@ -132,7 +136,7 @@ Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapV
         }
         out.sighted.push_back(id);
         ContinuousFactorPtr psi =
-            sighting_factor(frame.pose, position_key(id), seen, detection, map.is_3d);
+            sighting_factor(frame.pose, position_key(id), seen, detection, map.is_3d, loss);
         if (detection.class_probabilities.empty()) {
           out.delta.continuous.push_back(std::move(psi));
         } else {

@@ -11,8 +11,17 @@
 
 namespace hybrid {
 
-/// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting, with
-/// Huber's loss if ids may be misread.
+/// The ids that sensors read, one in some hundred of them wrong.
+struct IdReading {
+  std::vector<std::string> sensors;  ///< labels of those to use; empty: all
+  double huber_width = 3;            ///< beyond which a cost grows only linearly [sigmas]; 0: none
+
+  void configure(IniSection& section);
+  Loss loss() const { return huber_width > 0 ? Loss::huber(huber_width) : Loss(); }
+};
+
+/// Range and bearing to landmarks that the sensor identifies: a factor with Huber's loss per
+/// sighting.
 class BearingRangeKnownIds : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BearingRangeKnownIds, hybrid)
 
@@ -28,8 +37,7 @@ class BearingRangeKnownIds : public MappingPlugin {
   Contribution observe(const Frame& frame, const MapView& map) override;
 
  private:
-  std::vector<std::string> sensors_;
-  double huber_width_ = 0;
+  IdReading ids_;
 };
 
 /// The same with a class per landmark as a discrete variable: the semantic factor of eq. 19 per
@@ -50,7 +58,7 @@ class ClassedBearingRangeKnownIds : public MappingPlugin {
   std::vector<std::string> class_names() const override { return classes_.names(); }
 
  private:
-  std::vector<std::string> sensors_;
+  IdReading ids_;
   ClassModel classes_;
 };
 

@@ -156,6 +156,34 @@ TEST(BoundedWindow, KeepsTheNewestSightingsOfEachLandmark) {
   }
 }
 
+// A second robot stands while the first goes on. Nothing but its newest pose tells where it is.
+TEST(BoundedWindow, KeepsTheEndOfEachChain) {
+  WindowSmoother window(bounded(100, 5));
+  SimulatedWalk<SE2> world({}, 8);
+  const SE2 metre(1, 0, 0);
+  std::uint64_t standing = 0;
+  const auto drive_the_other = [&] {
+    Delta delta;
+    const Key to('y', standing);
+    delta.values.insert(to, SE2(static_cast<double>(standing), 0, 0));
+    if (standing == 0) {
+      delta.continuous.push_back(
+          std::make_shared<Prior<SE2>>(to, SE2(), Noise::isotropic(3, 0.01)));
+    } else {
+      delta.continuous.push_back(std::make_shared<BetweenSE2>(Key('y', standing - 1), to, metre,
+                                                              Noise::isotropic(3, 0.01)));
+    }
+    ++standing;
+    const WindowReport report = window.update(delta);
+    EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
+  };
+  for (int i = 0; i < 3; ++i) drive_the_other();
+  for (int t = 0; t < 400; ++t) window.update(world.step(window.smoother().values()));
+  EXPECT_TRUE(window.past().values.contains(Key('y', 1)));
+  for (int i = 0; i < 3; ++i) drive_the_other();
+  EXPECT_NEAR(window.smoother().values().at<SE2>(Key('y', 5)).translation().x(), 5.0, 0.01);
+}
+
 // Where all is linear, nothing is lost.
 TEST(BoundedWindow, EqualsBatchOnALinearProblem) {
   WindowSmoother window(of_vectors(bounded(60, 5)));
