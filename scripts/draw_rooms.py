@@ -3,9 +3,8 @@
 # Copyright (c) 2026, the hybrid mapping authors
 """Draws the rooms of both libraries and the includes between them: scripts/draw_rooms.py > docs/images/rooms.svg
 
-Rooms are on the floors that tests/house/check.py defines; an arrow points from a room to one that it includes. Only
-arrows inside a library are drawn, and none that a longer path replaces. An include of a room on a higher floor would
-be red; there is none.
+Rooms are on the floors that tests/house/check.py finds; an arrow points from a room to one that it includes. Only
+arrows inside a library are drawn, and none that a longer path replaces.
 """
 
 import pathlib
@@ -16,17 +15,17 @@ sys.path.insert(0, str(ROOT / "tests" / "house"))
 import check  # noqa: E402
 
 WIDTH, FLOOR, BOX, HEIGHT, LEFT = 1240, 58, 118, 30, 150
-INK, BOXES, LINES, WRONG = "#22313f", {"libhybrid": "#dbe9f6", "mrpt_plugins": "#fbe6cf"}, "#7d8a97", "#c0392b"
+INK, BOXES, LINES = "#22313f", {"libhybrid": "#dbe9f6", "mrpt_plugins": "#fbe6cf"}, "#7d8a97"
 
 
 def room(path):
     top, name = path.split("/")[0], check.room_of(path)
-    return (top, name) if top in check.FLOORS and name and not name.endswith(".h") else None
+    return (top, name) if top in check.LIBRARIES and name and not name.endswith(".h") else None
 
 
 def edges():
     found = set()
-    for top in check.FLOORS:
+    for top in check.LIBRARIES:
         for file in sorted((ROOT / top).rglob("*")):
             here = room(file.relative_to(ROOT).as_posix())
             if file.suffix not in check.CODE or here is None:
@@ -52,14 +51,16 @@ def without_shortcuts(found):
             if not any(n != b and reaches(n, b, {a}) for n in after[a])}
 
 
-def places():
+def places(found):
     """Room -> (x, level of its floor); the floors of libhybrid are below those of mrpt_plugins."""
     at, level = {}, 0
     for top in ("libhybrid", "mrpt_plugins"):
-        for rooms in check.FLOORS[top]:
-            names = sorted(name for name in rooms if (ROOT / top / name).is_dir())
-            if not names:
-                continue
+        below = {folder.name: {} for folder in (ROOT / top).iterdir() if folder.is_dir()}
+        for (_, here), (library, there) in found:
+            if library == top and here in below:
+                below[here][there] = ""
+        for rooms in check.floors(below)[0]:
+            names = sorted(rooms)
             step = (WIDTH - LEFT) / len(names)
             for i, name in enumerate(names):
                 # Single rooms of a floor alternate between left and right, so that arrows can pass beside them.
@@ -71,8 +72,8 @@ def places():
 
 
 def main():
-    at, levels = places()
     found = edges()
+    at, levels = places(found)
     height = int(levels * FLOOR + 70)
 
     def y(level):
@@ -86,21 +87,19 @@ def main():
            f'<path d="M0,0 L6,3 L0,6 z" fill="{LINES}"/></marker></defs>']
     for a, b in sorted(without_shortcuts({(a, b) for a, b in found if a[0] == b[0]})):
         (xa, la), (xb, lb) = at[a], at[b]
-        color = LINES if lb < la else WRONG
         start, end = y(la) + HEIGHT, y(lb) - 2
         bend = (end - start) / 2
         out.append(f'<path d="M{xa:.0f},{start:.0f} C{xa:.0f},{start + bend:.0f} {xb:.0f},{end - bend:.0f} '
-                   f'{xb:.0f},{end:.0f}" fill="none" stroke="{color}" marker-end="url(#a)"/>')
+                   f'{xb:.0f},{end:.0f}" fill="none" stroke="{LINES}" marker-end="url(#a)"/>')
     for (top, name), (x, level) in sorted(at.items()):
         out.append(f'<rect x="{x - BOX / 2:.0f}" y="{y(level):.0f}" width="{BOX}" height="{HEIGHT}" rx="5" '
                    f'fill="{BOXES[top]}" stroke="{INK}"/>')
         out.append(f'<text x="{x:.0f}" y="{y(level) + 20:.0f}" text-anchor="middle" fill="{INK}">{name}</text>')
-    for top in check.FLOORS:
+    for top in check.LIBRARIES:
         levels_of = [level for (t, _), (_, level) in at.items() if t == top]
         middle = (y(min(levels_of)) + y(max(levels_of)) + HEIGHT) / 2
         out.append(f'<text x="14" y="{middle:.0f}" font-size="17" font-weight="bold" fill="{INK}">{top}</text>')
-    upwards = sum(at[b][1] >= at[a][1] for a, b in found)
-    out.append(f'<text x="14" y="{height - 8}" fill="{LINES}">{len(at)} rooms, {len(found)} arrows, {upwards} upwards. '
+    out.append(f'<text x="14" y="{height - 8}" fill="{LINES}">{len(at)} rooms, {len(found)} arrows. '
                'Left out: those that a longer way replaces, and those from mrpt_plugins down to libhybrid</text>')
     out.append("</svg>")
     print("\n".join(out))

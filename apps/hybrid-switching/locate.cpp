@@ -10,9 +10,9 @@
 #include <memory>
 #include <utility>
 
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/range.h"

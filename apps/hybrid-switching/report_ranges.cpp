@@ -14,8 +14,8 @@
 #include "apps/hybrid-switching/locate.h"
 #include "apps/hybrid-switching/reports.h"
 #include "apps/program.h"
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/sort_unique.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/output/mode_image.h"
 

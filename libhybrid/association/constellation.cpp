@@ -11,8 +11,8 @@
 
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"

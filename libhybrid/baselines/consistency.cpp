@@ -13,8 +13,8 @@
 #include "libhybrid/baselines/detail/clique.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/geometry/uncertain_motion.h"
 

@@ -11,7 +11,7 @@
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/relative_poses.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/choices/detail/choice_comparison.h"
 #include "libhybrid/choices/detail/segment_transforms.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 
 namespace hybrid {
 namespace {

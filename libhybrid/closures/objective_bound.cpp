@@ -7,7 +7,7 @@
 #include <queue>
 #include <utility>
 
-#include "libhybrid/solvers/detail/relaxation.h"
+#include "libhybrid/solvers/relaxation.h"
 
 namespace hybrid {
 namespace {

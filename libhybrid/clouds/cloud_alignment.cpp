@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "libhybrid/clouds/detail/distance_row.h"
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/scans/direction_errors.h"
 
 namespace hybrid {

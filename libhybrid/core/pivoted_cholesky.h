@@ -4,7 +4,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Cholesky factorisation of a positive semidefinite matrix A that reveals its rank: P A P' = L L',
 /// the largest remaining pivot first (Higham, Analysis of the Cholesky decomposition of a

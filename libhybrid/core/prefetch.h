@@ -4,7 +4,9 @@
 
 #include <cstddef>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Asks the processor to begin to load some bytes, which will be needed soon.
 inline void prefetch(const void* begin, std::size_t bytes) {

@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// The middle of some values, the upper one of an even number; 0 of none.
 inline double median(std::vector<double> values) {

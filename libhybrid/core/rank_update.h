@@ -4,7 +4,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Adds scale * factor factor' to the lower triangle of a matrix. A factor of no columns adds
 /// nothing; Eigen's own rankUpdate divides by zero there.

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Sorts, and keeps one of equal elements.
 template <class T>

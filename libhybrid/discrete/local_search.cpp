@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/discrete/detail/variable_elimination.h"
 
 namespace hybrid {

@@ -9,7 +9,7 @@
 #include "libhybrid/core/variable.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Coordinates of a point at q0 + d in which a rotation about the origin is linear in its angle to
 /// second order: d + (|d|^2 q0 - (q0'd) d) / (2 (|q0|^2 + |d|^2)). Positions of a point seen from a

@@ -7,7 +7,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A factor at some values: its whitened residual r, and the Jacobian J of that, the columns of its
 /// variables side by side.

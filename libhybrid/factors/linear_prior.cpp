@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/factors/linear_prior.h"
 
 #include <Eigen/LU>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "libhybrid/core/detail/pivoted_cholesky.h"
-#include "libhybrid/factors/detail/anchor_frame.h"
+#include "libhybrid/core/pivoted_cholesky.h"
+#include "libhybrid/factors/anchor_frame.h"
 
 namespace hybrid {
 namespace {

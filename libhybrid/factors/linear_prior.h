@@ -8,7 +8,7 @@
 
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A Gaussian on several variables, linear in their coordinates e(x) about a fixed point x0:
 /// residual R e(x) + r. It is the factor that marginalisation leaves.

@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A match of the points `p` of a source cloud and `q` of a target cloud: residual T_target_source
 /// p - q in the axes and unit of the target. With isotropic noise it is a point-to-point distance,

@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measured position z [m] of a landmark in the frame of the robot that sees it: residual
 /// T^-1 p - z.

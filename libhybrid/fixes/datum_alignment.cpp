@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 
 namespace hybrid {
 namespace {

@@ -10,10 +10,10 @@
 #include <memory>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/position.h"
 #include "libhybrid/fixes/biased_position.h"

@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pose after a step in its own frame: moved along the tangent, as points are, and turned by Exp.
 template <class Pose>

@@ -13,7 +13,7 @@
 #include "libhybrid/discrete/class_evidence.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
-#include "libhybrid/landmarks/detail/sensor_place.h"
+#include "libhybrid/landmarks/sensor_place.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/detections/detection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Where a sensor is on its robot: by the estimate where that is calibrated and among the values,
 /// else by the log.

@@ -7,7 +7,7 @@
 #include "libhybrid/detections/sighting.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/so2.h"
-#include "libhybrid/landmarks/detail/sensor_place.h"
+#include "libhybrid/landmarks/sensor_place.h"
 
 namespace hybrid {
 

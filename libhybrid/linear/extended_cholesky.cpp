@@ -9,7 +9,7 @@
 #include <limits>
 #include <map>
 
-#include "libhybrid/core/detail/rank_update.h"
+#include "libhybrid/core/rank_update.h"
 #include "libhybrid/linear/detail/extended_cholesky_builder.h"
 
 namespace hybrid {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/linear/detail/products.h"
 
 namespace hybrid {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/linear/detail/path_inverse.h"
+#include "libhybrid/linear/path_inverse.h"
 
 #include <utility>
 

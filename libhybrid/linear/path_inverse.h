@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/block_cholesky.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Blocks of (L L')^-1 from columns of L^-1, which are zero outside the path of a variable to the
 /// root of the elimination tree. Columns are kept by variable. The factor must outlive it and must

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 
 namespace hybrid {
 namespace {

@@ -7,7 +7,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/block_cholesky.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The entries of (L L')^-1 where L is not structurally zero, by Takahashi's recursion over the
 /// supernodes from the root down: the covariances of all variables and of all pairs that some

@@ -7,8 +7,8 @@
 #include <map>
 #include <string>
 
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/sort_unique.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Calls use(n) with n the number as a constant for the dimensions of poses and points, which small
 /// products are compiled for, and Eigen::Dynamic for all others.

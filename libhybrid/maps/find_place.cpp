@@ -10,8 +10,8 @@
 #include <iterator>
 #include <numeric>
 
-#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"

@@ -11,8 +11,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"

@@ -13,10 +13,10 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/linear_factor.h"
-#include "libhybrid/linear/detail/path_inverse.h"
+#include "libhybrid/linear/path_inverse.h"
 #include "libhybrid/maps/detail/sparse_rows.h"
 #include "libhybrid/marginals/continuous.h"
-#include "libhybrid/marginals/detail/log_determinant.h"
+#include "libhybrid/marginals/log_determinant.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "libhybrid/linear/detail/path_inverse.h"
-#include "libhybrid/linear/detail/selected_inverse.h"
+#include "libhybrid/linear/path_inverse.h"
+#include "libhybrid/linear/selected_inverse.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {

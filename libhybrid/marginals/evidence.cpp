@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "libhybrid/marginals/detail/exchange.h"
-#include "libhybrid/marginals/detail/log_determinant.h"
+#include "libhybrid/marginals/log_determinant.h"
 
 namespace hybrid {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/detail/log_determinant.h"
+#include "libhybrid/marginals/log_determinant.h"
 
 #include "libhybrid/solvers/null_space.h"
 

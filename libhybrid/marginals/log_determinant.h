@@ -6,7 +6,7 @@
 
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// log det of the Hessian of a problem at its last linearisation.
 struct LogDeterminant {

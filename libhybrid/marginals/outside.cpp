@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <memory>
 
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/factors/linear_prior.h"
 
 namespace hybrid {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/discrete/inference.h"
-#include "libhybrid/marginals/detail/log_determinant.h"
 #include "libhybrid/marginals/detail/outside.h"
+#include "libhybrid/marginals/log_determinant.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

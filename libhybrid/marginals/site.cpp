@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "libhybrid/factors/detail/linear_at.h"
+#include "libhybrid/factors/linear_at.h"
 
 namespace hybrid {
 

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/movers/motion_filter.h"
 
 namespace hybrid {

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 
 namespace hybrid {
 namespace {

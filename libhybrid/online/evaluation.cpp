@@ -9,7 +9,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 
 namespace hybrid {
 namespace {

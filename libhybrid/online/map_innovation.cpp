@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "libhybrid/factors/detail/linear_at.h"
+#include "libhybrid/factors/linear_at.h"
 
 namespace hybrid {
 

@@ -8,10 +8,10 @@
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/paced_task.h"
-#include "libhybrid/factors/detail/linear_at.h"
+#include "libhybrid/factors/linear_at.h"
 #include "libhybrid/online/detail/map_innovation.h"
 #include "libhybrid/online/online_selection.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 #include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {

@@ -13,8 +13,8 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/online/detail/evaluation.h"
-#include "libhybrid/selection/detail/evidence.h"
-#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/evidence.h"
+#include "libhybrid/selection/innovation.h"
 #include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 
 namespace hybrid {

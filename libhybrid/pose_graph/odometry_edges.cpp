@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {

@@ -13,11 +13,11 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/between.h"
-#include "libhybrid/factors/detail/sighted_point.h"
 #include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/sighted_point.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 

@@ -6,7 +6,7 @@
 
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Appends the sighting of a landmark that the factor is, its position in the frame of the pose; of
 /// a bearing-range measurement with the covariance to first order, and nothing if that is singular

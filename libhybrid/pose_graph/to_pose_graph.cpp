@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "libhybrid/factors/bearing_range.h"
-#include "libhybrid/factors/detail/sighted_point.h"
-#include "libhybrid/pose_graph/detail/sighting_edges.h"
+#include "libhybrid/factors/sighted_point.h"
 #include "libhybrid/pose_graph/graph_variables.h"
 #include "libhybrid/pose_graph/pose_graph.h"
+#include "libhybrid/pose_graph/sighting_edges.h"
 
 namespace hybrid {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/registration/detail/cloud.h"
 
 namespace hybrid {

@@ -3,7 +3,7 @@
 #include "libhybrid/registration/detail/graph.h"
 
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/factors/detail/point_match.h"
+#include "libhybrid/factors/point_match.h"
 #include "libhybrid/hybrid/mixture.h"
 
 namespace hybrid {

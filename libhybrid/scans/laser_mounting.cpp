@@ -10,7 +10,7 @@
 #include <functional>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/scans/scan_tracker.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/scans/direction_errors.h"
 
 namespace hybrid {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 
 namespace hybrid {
 namespace {

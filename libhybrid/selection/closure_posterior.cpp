@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/innovation.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/null_space.h"
 

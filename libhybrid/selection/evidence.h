@@ -9,7 +9,7 @@
 #include "libhybrid/factors/factor.h"
 #include "libhybrid/selection/closure_selection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The evidence for a closure: the density of its innovation, marginalised over the poses (p(d | Z)
 /// with the Laplace approximation of eq. 11b), relative to that of a false closure. That may

@@ -5,11 +5,11 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "libhybrid/linear/detail/path_inverse.h"
-#include "libhybrid/linear/detail/selected_inverse.h"
+#include "libhybrid/linear/path_inverse.h"
+#include "libhybrid/linear/selected_inverse.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A whitened residual b with Jacobian A at an estimate of covariance P.
 struct Innovation {

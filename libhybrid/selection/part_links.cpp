@@ -12,9 +12,9 @@
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/selection/detail/division.h"
-#include "libhybrid/selection/detail/innovation.h"
 #include "libhybrid/selection/detail/map_links.h"
 #include "libhybrid/selection/detail/motion.h"
+#include "libhybrid/selection/innovation.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {

@@ -9,9 +9,9 @@
 #include <unordered_set>
 #include <utility>
 
-#include "libhybrid/core/detail/pivoted_cholesky.h"
-#include "libhybrid/core/detail/rank_update.h"
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/core/pivoted_cholesky.h"
+#include "libhybrid/core/rank_update.h"
+#include "libhybrid/factors/linear_prior.h"
 #include "libhybrid/smoother/detail/located.h"
 
 namespace hybrid {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/factors/linear_prior.h"
 #include "libhybrid/smoother/detail/divergence.h"
 
 namespace hybrid {

@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "libhybrid/core/detail/prefetch.h"
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/core/prefetch.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/smoother/detail/pose_charts.h"
 
 namespace hybrid {

@@ -7,8 +7,8 @@
 #include <array>
 #include <utility>
 
-#include "libhybrid/core/detail/prefetch.h"
-#include "libhybrid/linear/detail/with_dim.h"
+#include "libhybrid/core/prefetch.h"
+#include "libhybrid/linear/with_dim.h"
 
 namespace hybrid {
 namespace {

@@ -6,8 +6,8 @@
 #include <exception>
 #include <utility>
 
-#include "libhybrid/core/detail/sort_unique.h"
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/core/sort_unique.h"
+#include "libhybrid/factors/linear_prior.h"
 #include "libhybrid/smoother/detail/conditioning.h"
 
 namespace hybrid {

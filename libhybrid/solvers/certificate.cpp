@@ -11,8 +11,8 @@
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/solvers/detail/isotropic_graph.h"
 #include "libhybrid/solvers/detail/lifted_descent.h"
-#include "libhybrid/solvers/detail/relaxation.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
+#include "libhybrid/solvers/relaxation.h"
 
 namespace hybrid {
 namespace {

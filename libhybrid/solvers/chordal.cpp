@@ -14,7 +14,7 @@
 
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/relative_pose.h"
-#include "libhybrid/pose_graph/detail/sighting_edges.h"
+#include "libhybrid/pose_graph/sighting_edges.h"
 #include "libhybrid/solvers/detail/linear_relation.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 

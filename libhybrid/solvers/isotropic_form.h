@@ -8,7 +8,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The isotropic problem of n poses as a quadratic form (Rosen et al. 2019): minimise tr(Y' M Y),
 /// where Y stacks the translations of all poses but the first, which is at the origin, as rows,

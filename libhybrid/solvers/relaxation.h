@@ -7,9 +7,9 @@
 
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
-#include "libhybrid/solvers/detail/isotropic_form.h"
+#include "libhybrid/solvers/isotropic_form.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A minimum of the isotropic problem, and what its dual certificate proves; nothing if the
 /// smallest eigenvalue is not found.

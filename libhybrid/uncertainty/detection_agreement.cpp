@@ -6,7 +6,7 @@
 #include <map>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/uncertainty/detail/look_table.h"
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/polar.h"
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/uncertainty/detail/alignment_cost.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/polar.h"
 

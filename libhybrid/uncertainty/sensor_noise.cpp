@@ -9,7 +9,7 @@
 #include <functional>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/uncertainty/detail/sighting_tracks.h"
 

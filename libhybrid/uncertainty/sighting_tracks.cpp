@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/polar.h"
 
 namespace hybrid {

@@ -13,8 +13,8 @@
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/detail/ini_syntax.h"
-#include "mrpt_plugins/bridge/detail/ini_text.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/ini_text.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 
 namespace hybrid {
 namespace {

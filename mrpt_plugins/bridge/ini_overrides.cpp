@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/detail/ini_text.h"
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/bridge/ini_text.h"
 
 namespace hybrid {
 

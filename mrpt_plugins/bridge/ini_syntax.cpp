@@ -11,7 +11,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/bridge/detail/ini_text.h"
+#include "mrpt_plugins/bridge/ini_text.h"
 
 namespace hybrid {
 namespace {

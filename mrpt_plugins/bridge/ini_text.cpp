@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/bridge/detail/ini_text.h"
+#include "mrpt_plugins/bridge/ini_text.h"
 
 #include <fmt/format.h>
 

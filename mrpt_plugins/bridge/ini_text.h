@@ -8,7 +8,9 @@
 #include <string_view>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 /// Conversions between INI text and typed values, used by IniFile.
 namespace ini {
 

@@ -11,7 +11,7 @@
 
 #include "mrpt_plugins/bridge/geodesy.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A satellite fix of a log to write.
 struct SatelliteFix {

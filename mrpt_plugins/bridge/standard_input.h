@@ -5,7 +5,9 @@
 
 #include <string>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// The path that stands for standard input, where a log may come from while it is written.
 inline constexpr const char* kStandardInput = "-";

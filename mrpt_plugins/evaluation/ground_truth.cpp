@@ -14,7 +14,7 @@
 
 #include "libhybrid/io/parse_number.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/bridge/detail/ini_text.h"
+#include "mrpt_plugins/bridge/ini_text.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/uncertainty/lasting_ids.h"
 #include "mrpt_plugins/health/detail/run_facts.h"

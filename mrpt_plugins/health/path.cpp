@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
 

@@ -12,7 +12,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/bridge/detail/satellite_fix.h"
+#include "mrpt_plugins/bridge/satellite_fix.h"
 
 namespace hybrid {
 namespace {

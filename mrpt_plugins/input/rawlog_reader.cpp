@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/mrpt_version.h"
 
 namespace hybrid {

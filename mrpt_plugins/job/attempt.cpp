@@ -11,7 +11,7 @@
 
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/job/detail/cloud_archive.h"
@@ -24,8 +24,8 @@
 #include "mrpt_plugins/mapping/detection_archive.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/report/photographs.h"
-#include "mrpt_plugins/session/detail/session.h"
-#include "mrpt_plugins/session/detail/truth.h"
+#include "mrpt_plugins/session/session.h"
+#include "mrpt_plugins/session/truth.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "mrpt_plugins/report/detail/map_report.h"
+#include "mrpt_plugins/report/map_report.h"
 #include "mrpt_plugins/report/page.h"
 
 namespace hybrid {

@@ -8,8 +8,8 @@
 
 #include <algorithm>
 
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/sort_unique.h"
 
 IMPLEMENTS_VIRTUAL_MRPT_OBJECT(MappingPlugin, mrpt::rtti::CObject, hybrid)
 

@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {

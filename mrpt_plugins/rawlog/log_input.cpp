@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 
 namespace hybrid {
 

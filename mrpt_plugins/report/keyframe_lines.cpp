@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/report/detail/keyframe_lines.h"
+#include "mrpt_plugins/report/keyframe_lines.h"
 
 #include <cmath>
 #include <iterator>

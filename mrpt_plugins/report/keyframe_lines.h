@@ -9,7 +9,7 @@
 
 #include "mrpt_plugins/mapping/mapper.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A run as lines of JSON, one for each keyframe, see docs/events.md: its pose, and what is new of
 /// the landmarks since the line before. Whoever applies all lines has the map.

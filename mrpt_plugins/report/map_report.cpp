@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/report/detail/map_report.h"
+#include "mrpt_plugins/report/map_report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/columns.h"
 #include "mrpt_plugins/report/fix_json.h"

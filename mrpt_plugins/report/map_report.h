@@ -12,7 +12,7 @@
 #include "mrpt_plugins/output/scan_map.h"
 #include "mrpt_plugins/report/run_record.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The poses of a robot with the true ones of the same instants.
 struct PathPairs {

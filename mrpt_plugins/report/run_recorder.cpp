@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/report/detail/run_recorder.h"
+#include "mrpt_plugins/report/run_recorder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,12 @@
 #include <optional>
 
 #include "libhybrid/association/prediction.h"
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/detections/sighting.h"
 #include "libhybrid/discrete/probabilities.h"
-#include "libhybrid/landmarks/detail/sensor_place.h"
+#include "libhybrid/landmarks/sensor_place.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 

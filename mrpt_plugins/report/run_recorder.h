@@ -17,7 +17,7 @@
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/report/run_record.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Keeps the history of a run as it happens, and tells each event at once. The mapper must keep
 /// events; the estimate is only read.

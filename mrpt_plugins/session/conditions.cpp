@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 
 namespace hybrid {
 namespace {

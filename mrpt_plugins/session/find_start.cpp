@@ -22,7 +22,7 @@
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/session/detail/localizer.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
-#include "mrpt_plugins/session/detail/scan_places.h"
+#include "mrpt_plugins/session/scan_places.h"
 
 namespace hybrid {
 namespace {

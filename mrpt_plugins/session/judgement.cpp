@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/health/run_health.h"
 #include "mrpt_plugins/session/detail/open_logs.h"

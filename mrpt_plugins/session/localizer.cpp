@@ -9,10 +9,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/factors/sensor_view.h"
 
 namespace hybrid {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/session/detail/map_place.h"
+#include "mrpt_plugins/session/map_place.h"
 
 #include <fmt/format.h>
 

@@ -10,11 +10,11 @@
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/summary.h"
-#include "mrpt_plugins/session/detail/map_run.h"
-#include "mrpt_plugins/session/detail/scan_places.h"
+#include "mrpt_plugins/session/map_run.h"
+#include "mrpt_plugins/session/scan_places.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The place of a replay in a map file; without one, all of this does nothing. Where no robot is
 /// found in the map, it is mapped in a frame of its own, and the file stays as it is.

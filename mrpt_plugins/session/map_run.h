@@ -13,10 +13,10 @@
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/map_file/map_file.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/session/detail/scan_places.h"
+#include "mrpt_plugins/session/scan_places.h"
 #include "mrpt_plugins/settings/map_options.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a mapper has found as a map: landmarks, and what is known of them together. Without
 /// sessions.

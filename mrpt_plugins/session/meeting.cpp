@@ -14,9 +14,9 @@
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/map_file/export_map.h"
-#include "mrpt_plugins/session/detail/map_run.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
-#include "mrpt_plugins/session/detail/scan_places.h"
+#include "mrpt_plugins/session/map_run.h"
+#include "mrpt_plugins/session/scan_places.h"
 
 namespace hybrid {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/session/detail/scan_places.h"
+#include "mrpt_plugins/session/scan_places.h"
 
 #include <cmath>
 #include <optional>

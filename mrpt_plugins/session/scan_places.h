@@ -14,7 +14,7 @@
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 using Plugins = std::vector<std::shared_ptr<MappingPlugin>>;
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/session/detail/session.h"
+#include "mrpt_plugins/session/session.h"
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/about_file.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
 
 namespace hybrid {

@@ -12,12 +12,12 @@
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/input/log_merge.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/session/detail/map_place.h"
-#include "mrpt_plugins/session/detail/scan_places.h"
-#include "mrpt_plugins/session/detail/team.h"
+#include "mrpt_plugins/session/map_place.h"
+#include "mrpt_plugins/session/scan_places.h"
+#include "mrpt_plugins/session/team.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One run over the log of a robot, or over those of a team: from where they start to the estimate
 /// that they come to.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/session/detail/team.h"
+#include "mrpt_plugins/session/team.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/session/detail/find_start.h"
 #include "mrpt_plugins/session/detail/meeting.h"
 

@@ -13,7 +13,7 @@
 #include "mrpt_plugins/settings/replay_request.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The starts of the robots of a replay. The frame is that of a known map, if one of them is found
 /// in it, and else that of the first robot. A start that is not given is found: in the known map

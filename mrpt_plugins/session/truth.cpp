@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/session/detail/truth.h"
+#include "mrpt_plugins/session/truth.h"
 
 #include <fmt/format.h>
 
@@ -70,10 +70,6 @@ void Truth::label(std::vector<AssociationDecision>& decisions,
     const auto it = associations_.find({log_rows[decision.pose], decision.measurement});
     if (it != associations_.end()) decision.true_id = it->second;
   }
-}
-
-void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& log_rows) {
-  move(origin(result, log_rows), result.class_names);
 }
 
 std::optional<mrpt::poses::CPose3D> Truth::origin(const MapResult& result,

@@ -14,7 +14,7 @@
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What was mapped of one robot.
 struct RobotPart {
@@ -55,14 +55,12 @@ class Truth {
 
   bool empty() const { return truth_.path.empty() && truth_.landmarks.empty(); }
 
-  /// Moves the truth into the frame of the map, which is that of the first pose, or where only
-  /// positions are known the one that fits them best. Gives the landmarks the class indices of the
-  /// map. Throws Error for a class the map does not know.
-  void adapt_to(const MapResult& result, const std::vector<std::size_t>& log_rows);
-  /// The motion that adapt_to() makes of the path, if there is one.
+  /// The motion that takes the truth into the frame of the map, if there is one: that of the first
+  /// pose, or where only positions are known the one that fits them best.
   std::optional<mrpt::poses::CPose3D> origin(const MapResult& result,
                                              const std::vector<std::size_t>& log_rows) const;
-  /// Makes a motion, and gives the landmarks the class indices.
+  /// Makes a motion, and gives the landmarks the class indices of the map. Throws Error for a class
+  /// that it does not know.
   void move(const std::optional<mrpt::poses::CPose3D>& origin,
             const std::vector<std::string>& class_names);
 

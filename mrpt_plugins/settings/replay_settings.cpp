@@ -13,8 +13,8 @@
 #include <set>
 #include <utility>
 
-#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/robot_sections.h"
+#include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/mapping/fix_source.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/settings/detail/robots.h"

@@ -15,8 +15,8 @@
 #include <cmath>
 
 #include "libhybrid/io/file_writer.h"
-#include "mrpt_plugins/bridge/detail/satellite_fix.h"
 #include "mrpt_plugins/bridge/log_files.h"
+#include "mrpt_plugins/bridge/satellite_fix.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 #include "mrpt_plugins/output/fix_writer.h"
 #include "mrpt_plugins/simulation/simulator.h"

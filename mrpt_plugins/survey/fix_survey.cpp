@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/core/quantile.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {

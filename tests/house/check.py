@@ -30,46 +30,8 @@ TOP = {*ROOMS, ".ci", ".clang-format", ".clang-tidy", ".devcontainer", ".dockeri
        "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "README.md", "cmake", "config", "docs", "pyproject.toml", "rawlogs",
        "scripts", "web"}
 
-# Rooms of the two libraries from the ground up: a room includes itself and rooms of lower floors.
-FLOORS = {
-    "libhybrid": [
-        {"export.h"},
-        {"geometry"},
-        {"core"},
-        {"factors", "discrete"},
-        {"hybrid"},
-        {"linear", "pose_graph"},
-        {"solvers", "io"},
-        {"marginals"},
-        {"smoother"},
-        {"association", "registration", "switching", "closures"},
-        {"movers"},
-        {"detections"},
-        {"baselines", "landmarks"},
-        {"selection", "maps", "initialization", "fixes"},
-        {"choices"},
-        {"online"},
-        {"methods", "objects", "scans"},
-        {"clouds"},
-        {"uncertainty"},
-        {"hybrid.h"},
-    ],
-    "mrpt_plugins": [
-        {"mrpt_version.h"},
-        {"observations"},
-        {"bridge", "drawing"},
-        {"rawlog"},
-        {"input"},
-        {"mapping", "survey"},
-        {"plugins", "evaluation", "health", "settings"},
-        {"output"},
-        {"report", "map_file"},
-        {"session"},
-        {"job"},
-        {"simulation"},
-        {"import", "experiment"},
-    ],
-}
+# Their rooms stand on floors, since none include each other in a circle: see floors().
+LIBRARIES = ("libhybrid", "mrpt_plugins")
 # Folders whose headers are not part of the API.
 INTERNAL = {"detail", "kernels"}
 # Files directly in one room.
@@ -97,10 +59,6 @@ CODE = {".h", ".cpp"}
 TEXT = CODE | {".cmake", ".txt", ".py", ".sh", ".ini", ".md", ".json", ".in", ""}
 
 
-def floor_of(top, room):
-    return next((i for i, rooms in enumerate(FLOORS[top]) if room in rooms), None)
-
-
 def room_of(path):
     """'libhybrid/core/key.h' -> 'core'; a file directly in the top-level room is one of its own."""
     parts = path.split("/")
@@ -119,14 +77,45 @@ def check_include(path, target, quoted):
         return None
     if target_top not in ROOMS[top]:
         return f"{top} must not include {target}: dependence runs the other way"
-    if top == target_top and top in FLOORS:
-        here, there = room_of(path), room_of(target)
-        below, above = floor_of(top, there), floor_of(top, here)
-        if above is None or below is None:
-            return f"unknown room in {top}: {here if above is None else there}"
-        if here != there and below >= above:
-            return f"{top}/{here} must not include {top}/{there}: it is not below it"
+    if top not in ("tests", "bench", "python") and "detail" in target.split("/") and target.split("/")[:2] != path.split("/")[:2]:
+        return f"{target} is for its own room: what other rooms use does not stand in detail/"
     return None
+
+
+def below(includes):
+    """{room: {room that it includes: 'file:line' of one such include}} of one library, from {path: [(line, target)]}."""
+    rooms = {}
+    for path, targets in sorted(includes.items()):
+        own = rooms.setdefault(room_of(path), {})
+        for line, target in targets:
+            if target.split("/")[0] == path.split("/")[0] and room_of(target) != room_of(path):
+                own.setdefault(room_of(target), f"{path}:{line}")
+    return rooms
+
+
+def floors(rooms):
+    """The rooms from the ground up, each one floor above the highest that it includes; and those that stand on none."""
+    level, left = {}, dict(rooms)
+    while left:
+        ready = {room for room in left if all(there in level or there not in rooms for there in left[room])}
+        if not ready:
+            break
+        for room in ready:
+            level[room] = 1 + max((level[there] for there in left[room] if there in level), default=-1)
+        left = {room: targets for room, targets in left.items() if room not in ready}
+    return [{room for room in level if level[room] == i} for i in range(1 + max(level.values(), default=-1))], set(left)
+
+
+def check_circles(includes):
+    """A finding for a circle of rooms in each library, at the includes that close it."""
+    for top in LIBRARIES:
+        rooms = below({path: targets for path, targets in includes.items() if path.split("/")[0] == top})
+        circle = floors(rooms)[1]
+        while above := {room for room in circle if not any(room in rooms[other] for other in circle)}:
+            circle -= above
+        for room in sorted(circle):
+            for there in sorted(circle & set(rooms[room])):
+                yield f"{rooms[room][there]}: {top}/{room} and {top}/{there} are in a circle of rooms that include each other"
 
 
 def check_code(path, lines):
@@ -219,7 +208,7 @@ def check_file(path, text):
         yield from check_code(path, lines)
         if not path.startswith("tests/"):
             yield from check_functions(lines)
-    if path.endswith(".h") and path.split("/")[0] in FLOORS:
+    if path.endswith(".h") and path.split("/")[0] in LIBRARIES:
         yield from check_api(path, lines)
     for number, line in enumerate(lines, 1):
         if UNFINISHED.search(line):
@@ -233,7 +222,7 @@ def check_rooms(files):
     counts = {}
     for path in files:
         room = path.rsplit("/", 1)[0]
-        if path.split("/")[0] in FLOORS and pathlib.PurePath(path).suffix in CODE:
+        if path.split("/")[0] in LIBRARIES and pathlib.PurePath(path).suffix in CODE:
             counts[room] = counts.get(room, 0) + 1
     for room, count in sorted(counts.items()):
         if count > MAX_FILES:
@@ -276,7 +265,7 @@ def flat(text):
 
 def check_tree(root):
     """All findings as 'file:line: message', and the number of files looked at."""
-    findings, paths, includes = [], [], {}
+    findings, paths, headers, includes = [], [], {}, {}
     for file in files_of(root):
         if not file.is_file() or file.suffix not in TEXT or "__pycache__" in file.parts:
             continue
@@ -288,14 +277,17 @@ def check_tree(root):
             continue
         paths.append(path)
         findings += [f"{path}:{line}: {message}" for line, message in check_file(path, text)]
-        if file.suffix == ".h" and path.split("/")[0] in ("libhybrid", "mrpt_plugins"):
-            includes[path] = [m.group(2) for m in map(INCLUDE.match, text.splitlines()) if m]
+        if file.suffix in CODE and path.split("/")[0] in LIBRARIES:
+            includes[path] = [(i, m.group(2)) for i, m in enumerate(map(INCLUDE.match, text.splitlines()), 1) if m]
+            if file.suffix == ".h":
+                headers[path] = [target for _, target in includes[path]]
         own = own_header(path, lambda place: (root / place).exists()) if file.suffix == ".cpp" else None
         message = check_own_header(own, text) if own else None
         findings += [f"{path}:1: {message}"] if message else []
     findings += check_rooms(paths)
     findings += check_top(root)
-    findings += check_eigen(includes)
+    findings += check_circles(includes)
+    findings += check_eigen(headers)
     findings += check_examples(root)
     return findings, len(paths)
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "libhybrid/geometry/eigen.h"
-#include "libhybrid/linear/detail/with_dim.h"
+#include "libhybrid/linear/with_dim.h"
 
 namespace hybrid {
 namespace {

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "libhybrid/core/detail/rank_update.h"
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/core/rank_update.h"
 #include "libhybrid/linear/detail/substitute.h"
-#include "libhybrid/linear/detail/with_dim.h"
 #include "libhybrid/linear/tree/clique_charts.h"
+#include "libhybrid/linear/with_dim.h"
 
 namespace hybrid {
 namespace {

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/tree/linear_system.h"
 
-#include "libhybrid/core/detail/prefetch.h"
+#include "libhybrid/core/prefetch.h"
 
 namespace hybrid {
 namespace {

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/innovation.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libhybrid/selection/detail/candidate.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 
 namespace hybrid {
 

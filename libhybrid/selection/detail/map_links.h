@@ -16,7 +16,7 @@
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 
 namespace hybrid {
 

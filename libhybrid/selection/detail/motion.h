@@ -5,7 +5,7 @@
 #include <array>
 
 #include "libhybrid/factors/factor.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 
 namespace hybrid {
 

@@ -9,8 +9,8 @@
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/detail/candidate.h"
 #include "libhybrid/selection/detail/closure_front.h"
-#include "libhybrid/selection/detail/evidence.h"
-#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/evidence.h"
+#include "libhybrid/selection/innovation.h"
 #include "libhybrid/solvers/problem.h"
 #include "libhybrid/solvers/starts.h"
 

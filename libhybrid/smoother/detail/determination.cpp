@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {

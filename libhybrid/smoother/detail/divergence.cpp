@@ -8,7 +8,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include "libhybrid/factors/detail/linear_at.h"
+#include "libhybrid/factors/linear_at.h"
 
 namespace hybrid {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <type_traits>
 
-#include "libhybrid/factors/detail/anchor_frame.h"
+#include "libhybrid/factors/anchor_frame.h"
 
 namespace hybrid {
 namespace {

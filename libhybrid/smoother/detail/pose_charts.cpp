@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "libhybrid/geometry/detail/pose_step.h"
+#include "libhybrid/geometry/pose_step.h"
 #include "libhybrid/smoother/detail/located.h"
 
 namespace hybrid {

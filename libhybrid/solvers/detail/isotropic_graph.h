@@ -8,7 +8,7 @@
 #include "libhybrid/factors/factor.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/solvers/detail/isotropic_form.h"
+#include "libhybrid/solvers/isotropic_form.h"
 
 namespace hybrid {
 

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include "libhybrid/solvers/detail/isotropic_form.h"
+#include "libhybrid/solvers/isotropic_form.h"
 
 namespace hybrid {
 

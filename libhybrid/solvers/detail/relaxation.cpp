@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/solvers/detail/relaxation.h"
+#include "libhybrid/solvers/relaxation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/bridge/detail/satellite_fix.h"
 #include "mrpt_plugins/bridge/geodesy.h"
+#include "mrpt_plugins/bridge/satellite_fix.h"
 #include "mrpt_plugins/import/detail/named_table.h"
 #include "mrpt_plugins/import/detection_tables.h"
 

@@ -11,7 +11,7 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/session/detail/truth.h"
+#include "mrpt_plugins/session/truth.h"
 
 namespace hybrid {
 

@@ -13,10 +13,10 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/scan_map.h"
-#include "mrpt_plugins/report/detail/keyframe_lines.h"
-#include "mrpt_plugins/report/detail/run_recorder.h"
+#include "mrpt_plugins/report/keyframe_lines.h"
 #include "mrpt_plugins/report/photographs.h"
-#include "mrpt_plugins/session/detail/truth.h"
+#include "mrpt_plugins/report/run_recorder.h"
+#include "mrpt_plugins/session/truth.h"
 #include "mrpt_plugins/settings/replay_request.h"
 
 namespace hybrid {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mrpt_plugins/output/summary.h"
-#include "mrpt_plugins/session/detail/session.h"
+#include "mrpt_plugins/session/session.h"
 
 namespace hybrid {
 

@@ -15,7 +15,7 @@
 #include "mrpt_plugins/mapping/scan_archive.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/output/scan_map.h"
-#include "mrpt_plugins/session/detail/truth.h"
+#include "mrpt_plugins/session/truth.h"
 #include "mrpt_plugins/settings/replay_settings.h"
 
 namespace hybrid {

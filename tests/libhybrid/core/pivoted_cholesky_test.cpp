@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/core/detail/pivoted_cholesky.h"
+#include "libhybrid/core/pivoted_cholesky.h"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/factors/detail/point_match.h"
 #include "libhybrid/factors/expect_jacobians.h"
+#include "libhybrid/factors/point_match.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/linear/block_cholesky.h"
 
 namespace hybrid {

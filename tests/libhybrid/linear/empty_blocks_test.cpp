@@ -6,12 +6,12 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "libhybrid/core/detail/rank_update.h"
+#include "libhybrid/core/rank_update.h"
 #include "libhybrid/linear/bayes_tree.h"
-#include "libhybrid/linear/detail/path_inverse.h"
-#include "libhybrid/linear/detail/selected_inverse.h"
 #include "libhybrid/linear/extended_cholesky.h"
 #include "libhybrid/linear/normal_equations.h"
+#include "libhybrid/linear/path_inverse.h"
+#include "libhybrid/linear/selected_inverse.h"
 #include "libhybrid/linear/sparsity.h"
 #include "tests/support/random.h"
 

@@ -10,8 +10,8 @@
 #include <numeric>
 #include <random>
 
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/mixture.h"

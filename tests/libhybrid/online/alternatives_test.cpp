@@ -11,7 +11,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/innovation.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/problem.h"
 #include "tests/support/random.h"

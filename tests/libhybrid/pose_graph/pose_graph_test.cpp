@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <string>
 
-#include "libhybrid/factors/detail/sighted_point.h"
 #include "libhybrid/factors/expect_jacobians.h"
+#include "libhybrid/factors/sighted_point.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/write_graph.h"
 #include "tests/support/random.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/evidence.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <memory>
 
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/factors/linear_prior.h"
 #include "libhybrid/smoother/detail/divergence.h"
 #include "tests/support/bounded_walk.h"
 #include "tests/support/dense_system.h"

@@ -9,7 +9,7 @@
 
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/factors/between.h"
-#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/factors/linear_prior.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/switching/markov.h"
