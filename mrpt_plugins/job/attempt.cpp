@@ -13,15 +13,13 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
-#include "mrpt_plugins/health/agreement.h"
-#include "mrpt_plugins/job/detail/cloud_archive.h"
+#include "mrpt_plugins/job/detail/agreement_so_far.h"
 #include "mrpt_plugins/job/detail/cloud_outputs.h"
 #include "mrpt_plugins/job/detail/movie.h"
 #include "mrpt_plugins/job/detail/result_files.h"
 #include "mrpt_plugins/job/detail/run_report.h"
 #include "mrpt_plugins/job/detail/run_summary.h"
 #include "mrpt_plugins/job/detail/scan_outputs.h"
-#include "mrpt_plugins/mapping/detection_archive.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/report/photographs.h"
 #include "mrpt_plugins/session/session.h"
@@ -195,26 +193,24 @@ void take_photographs(const ReplayRequest& request, ReplaySettings& settings) {
   settings.robots.front().source.reader.request.classes.emplace_back(kPhotographClass);
 }
 
-/// What the sensors of a run measured, to judge its path by.
-struct Measured {
-  DetectionArchive detections;
-  CloudArchive clouds;
-};
-
 /// What is done after each keyframe.
 Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, RunReport& report,
-                     ScanOutputs& scans, Measured& measured) {
-  return [&, keyframes = std::size_t{0}](const StepRecord& step, const Keyframe& keyframe) mutable {
+                     ScanOutputs& scans, SensorArchives& measured, bool tells_agreement) {
+  return [&, tells_agreement, so_far = AgreementSoFar(), keyframes = std::size_t{0}](
+             const StepRecord& step, const Keyframe& keyframe) mutable {
     scans.added(step, keyframe);
     measured.detections.add(static_cast<std::size_t>(step.keyframe), keyframe);
     measured.clouds.add(static_cast<std::size_t>(step.keyframe), keyframe);
     ++keyframes;
-    std::string line = report.watch(session.mapper(), step, keyframe);
+    const Mapper& mapper = session.mapper();
+    const auto agreement =
+        tells_agreement ? so_far.at(step, scans, measured, mapper) : std::nullopt;
+    std::string line = report.watch(session.mapper(), step, keyframe, agreement);
     if (watchers.progress) {
       watchers.progress({session.source().progress(), keyframes, step.landmarks,
                          step.objective_after, std::move(line)});
     }
-    if (movie.size() > 0) movie.watch(keyframes, session.mapper());
+    if (movie.size() > 0) movie.watch(keyframes, mapper);
   };
 }
 
@@ -260,31 +256,6 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   return made;
 }
 
-/// Scans and clouds where the path has put them.
-struct PlacedViews {
-  PlacedViews(const ScanOutputs& outputs, const Measured& measured, const Mapper& mapper,
-              const Trajectory& path)
-      : scans(outputs.placed(mapper, path)),
-        clouds(measured.clouds.placed(mapper, path)),
-        reach(measured.clouds.reach()) {}
-
-  bool any() const { return !scans.empty() || !clouds.empty(); }
-
-  std::vector<PlacedScan> scans;
-  std::vector<PlacedCloud> clouds;
-  double reach;  // of the sensor of the clouds [m]
-};
-
-/// Of what was measured, over time and with the map.
-Health agreements(const Measured& measured, const PlacedViews& views, const Agreement& with_map,
-                  const Mapper& mapper, const Trajectory& path) {
-  Health out = agreement_health(agreement_of_detections(measured.detections.placed(mapper, path)),
-                                agreement_of_scans(views.scans),
-                                agreement_of_clouds(views.clouds, views.reach));
-  if (auto entry = map_agreement_health(with_map)) out.push_back(std::move(*entry));
-  return out;
-}
-
 /// One attempt; where `doubt` has become the reason why the robots are not in the map file, nothing
 /// was made, and it is to be made again with that.
 Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
@@ -303,11 +274,11 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   session.begin();
   RunReport report(request, settings, out);
   ScanOutputs scans(settings.keeps_scans, session.plugins());
-  Measured measured;
+  SensorArchives measured;
   report.begin(session.mapper(), settings.title);
   session.mapper().limit_work(conditions.most_work);
   try {
-    session.map(watch(session, watchers, movie, report, scans, measured));
+    session.map(watch(session, watchers, movie, report, scans, measured, request.stream));
   } catch (const TooMuchWork&) {
     return {request, {}, {}, false, false, false, session.mapper().work()};
   }

@@ -31,10 +31,11 @@ void RunReport::begin(Mapper& mapper, const std::string& title) {
   recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2, mapper.robot_names());
 }
 
-std::string RunReport::watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe) {
+std::string RunReport::watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe,
+                             const std::optional<Health>& agreement) {
   if (page_) photographs_.add(step.keyframe, keyframe.observations, rawlogs_[keyframe.robot]);
   if (recorder_) recorder_->keyframe(mapper, step);
-  return lines_ ? lines_->line(mapper, step) : "";
+  return lines_ ? lines_->line(mapper, step, agreement) : "";
 }
 
 void RunReport::finish(Mapper& mapper, const MapResult& result, double objective) {

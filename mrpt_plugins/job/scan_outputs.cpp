@@ -100,7 +100,8 @@ void ScanOutputs::draw(MapResult& result, const MapRecord& known) const {
 std::vector<PlacedScan> ScanOutputs::placed(const Mapper& mapper,
                                             const Trajectory& keyframes) const {
   std::vector<PlacedScan> out;
-  for (const KeyframeScans& at : drawn_) {
+  if (!archive_) return out;
+  for (const KeyframeScans& at : drawn_keyframes(*archive_, keyframes)) {
     for (const LaserScan* scan : at.scans) {
       const Eigen::Isometry3d T = to_isometry(keyframes[at.keyframe].pose) * scan->T_robot_sensor;
       const double up = T.linear()(2, 2);

@@ -10,6 +10,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "mrpt_plugins/health/health_json.h"
+
 namespace hybrid {
 namespace {
 
@@ -123,25 +125,6 @@ Json to_json(const CalibrationEstimate& calibration) {
     if (e.logged) entry["logged"] = *e.logged;
     entry["unit"] = e.unit;
     out[e.name] = entry;
-  }
-  return out;
-}
-
-/// Limits that are infinite, and a value that is not judged, become null.
-Json to_json(const Health& health) {
-  Json out = Json::array();
-  for (const HealthEntry& e : health) {
-    const auto limit = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
-    out.push_back({{"name", e.name},
-                   {"value", limit(e.value)},
-                   {"expected", {limit(e.least), limit(e.most)}},
-                   {"verdict", to_string(e.verdict)},
-                   {"sentence", e.sentence},
-                   {"knob", e.knob}});
-    for (const HealthSample& s : e.over_time) {
-      out.back()["over_time"].push_back(
-          {{"time", s.time}, {"value", s.value}, {"weight", s.weight}});
-    }
   }
   return out;
 }
@@ -260,7 +243,7 @@ Json summary_json(const Summary& s) {
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
-  out["health"] = to_json(s.health);
+  out["health"] = health_json(s.health);
   if (!s.draws.empty()) out["draws"] = to_json(s.draws);
   for (const NoiseRecord& record : s.noise) out["noise"].push_back(to_json(record));
   for (const AlignmentRecord& record : s.alignment) out["alignment"].push_back(to_json(record));
@@ -301,7 +284,7 @@ Json summary_json(const GraphSummary& s) {
   }
   if (!s.note.empty()) out["note"] = s.note;
   if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
-  out["health"] = to_json(s.health);
+  out["health"] = health_json(s.health);
   for (const NoiseRecord& record : s.noise) out["noise"].push_back(to_json(record));
   for (const MemberSummary& member : s.members) {
     out["members"].push_back({{"method", member.method},

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/core/spatial_values.h"
+#include "mrpt_plugins/health/health_json.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 
 namespace hybrid {
@@ -37,7 +38,8 @@ Json landmark_json(const Landmark& landmark, const Mapper& mapper,
 
 }  // namespace
 
-std::string KeyframeLines::line(const Mapper& mapper, const StepRecord& step) {
+std::string KeyframeLines::line(const Mapper& mapper, const StepRecord& step,
+                                const std::optional<Health>& agreement) {
   Json changed = Json::array(), removed = Json::array();
   for (auto it = told_.begin(); it != told_.end();) {
     const bool is_there = mapper.landmarks().find(it->first) != nullptr;
@@ -55,6 +57,7 @@ std::string KeyframeLines::line(const Mapper& mapper, const StepRecord& step) {
   Json out = keyframe_json(mapper, step);
   out["changed"] = std::move(changed);
   out["removed"] = std::move(removed);
+  if (agreement) out["agreement"] = health_json(*agreement);
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

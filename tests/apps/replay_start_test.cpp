@@ -31,8 +31,9 @@ class ReplayStart : public ReplayTest {
   }
 };
 
+// With the loss that misread ids ask for, the online one would do.
 TEST_F(ReplayStart, AChordalOneEndsLowerWhereTheHeadingIsBad) {
-  const std::string ini = round("10", "3");
+  const std::string ini = round("10", "3") + " --set BearingRangeKnownIds.huber_width=0";
   const auto batch = summary_of("-c " + ini + " --set solver.mode=batch");
   const auto online = summary_of("-c " + ini);
   EXPECT_EQ(online["mode"], "bounded");

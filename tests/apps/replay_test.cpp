@@ -16,8 +16,9 @@ namespace fs = std::filesystem;
 class Modes : public ReplayTest, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(Modes, KfSlamDemoReachesTheBatchOptimum) {
-  const std::string ini = write(
-      "a.ini", read_file(config("kf_slam_demo.ini")) + "\n[solver]\nmode = " + GetParam() + "\n");
+  const std::string ini =
+      write("a.ini", read_file(config("kf_slam_demo.ini")) + "\n[solver]\nmode = " + GetParam() +
+                         "\n[BearingRangeKnownIds]\nhuber_width = 0\n");
   const auto summary = summary_of("-c " + ini);
   EXPECT_EQ(summary["mode"], GetParam());
   EXPECT_EQ(summary["status"], "ok");

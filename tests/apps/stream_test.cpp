@@ -5,6 +5,7 @@
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <map>
 #include <sstream>
 
@@ -113,6 +114,34 @@ TEST_F(StreamTest, LinesAddUpToTheMap) {
     }
   }
   EXPECT_NE(read("error").find("189 keyframes, 20 landmarks"), std::string::npos);
+}
+
+// It is asked each time the log has become longer by a fifth.
+TEST_F(StreamTest, TellsTheAgreementOverTimeWhileTheLogRuns) {
+  const Ran ran =
+      run_shell(HYBRID_BINARY_DIR "/bin/" + piped() + " <" + kLog + " 2>" + at("error"));
+  ASSERT_EQ(ran.code, 0);
+  std::vector<double> times;
+  Json last;
+  double begin = 0;
+  std::istringstream text(ran.text);
+  for (std::string line; std::getline(text, line);) {
+    const Json keyframe = Json::parse(line);
+    if (keyframe["keyframe"] == 0) begin = keyframe["time"];
+    if (!keyframe.contains("agreement")) continue;
+    times.push_back(keyframe["time"].get<double>() - begin);
+    last = keyframe["agreement"][0];
+    EXPECT_EQ(last["name"], "agreement over time");
+    EXPECT_EQ(last["verdict"], "good") << last;
+  }
+  ASSERT_GE(times.size(), 4U);
+  EXPECT_GE(times.front(), 40);
+  for (std::size_t i = 1; i < times.size(); ++i) EXPECT_GE(times[i], 1.2 * times[i - 1]);
+  const Json health = Json::parse(read("out/summary.json"))["health"];
+  const auto end = std::find_if(health.begin(), health.end(),
+                                [&](const Json& entry) { return entry["name"] == last["name"]; });
+  ASSERT_NE(end, health.end());
+  EXPECT_NEAR((*end)["value"], last["value"].get<double>(), 0.05);
 }
 
 TEST_F(StreamTest, CutAndDamagedPipesAreUsedAsFilesAre) {

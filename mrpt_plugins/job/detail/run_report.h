@@ -31,8 +31,10 @@ class RunReport {
 
   /// Before the first keyframe.
   void begin(Mapper& mapper, const std::string& title);
-  /// After every keyframe; returns it as a line of JSON, "" where none is asked for.
-  std::string watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe);
+  /// After every keyframe; returns it as a line of JSON, "" where none is asked for, with what was
+  /// found of the agreement over time.
+  std::string watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe,
+                    const std::optional<Health>& agreement);
   /// Once the mapper has solved to convergence; closes events.jsonl.
   void finish(Mapper& mapper, const MapResult& result, double objective);
 

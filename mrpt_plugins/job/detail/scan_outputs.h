@@ -40,7 +40,7 @@ class ScanOutputs {
   /// The scans that the grid is drawn of.
   const std::vector<KeyframeScans>& drawn() const { return drawn_; }
 
-  /// The same laid out by the path of all keyframes, those of sensors that are level.
+  /// The same laid out by the path of all keyframes so far, those of sensors that are level.
   std::vector<PlacedScan> placed(const Mapper& mapper, const Trajectory& keyframes) const;
 
   /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
