@@ -3,6 +3,7 @@
 #include "libhybrid/smoother/state_chain.h"
 
 #include <algorithm>
+#include <unordered_set>
 #include <utility>
 
 #include "libhybrid/factors/linear_prior.h"
@@ -31,6 +32,37 @@ bool is_prior(const HybridGraph& graph, Handle handle) {
 const std::vector<Key>& held_by(const HybridGraph& graph, Handle handle) {
   return handle.kind == FactorKind::kHybrid ? graph.hybrid().at(handle)->keys()
                                             : graph.continuous().at(handle)->keys();
+}
+
+/// The variables that the factors of a state hold, the state among them.
+std::set<Key> neighbours(Key state, const IncrementalSmoother& smoother) {
+  std::set<Key> all;
+  for (Handle handle : smoother.factors_of(state)) {
+    const std::vector<Key>& keys = held_by(smoother.graph(), handle);
+    all.insert(keys.begin(), keys.end());
+  }
+  return all;
+}
+
+/// Whether no factor ties a state to a newer one: the next motion hangs on it, if one comes.
+bool ends_chain(Key state, const IncrementalSmoother& smoother,
+                const std::unordered_set<Key>& newer) {
+  const std::set<Key> near = neighbours(state, smoother);
+  return std::none_of(near.begin(), near.end(), [&](Key key) { return newer.count(key) != 0; });
+}
+
+/// Appends a state to the run of which a factor ties it to the last one, or to a run of its own:
+/// what follows each other leaves together, what does not would tie two places.
+void append(Key state, const IncrementalSmoother& smoother, std::vector<std::vector<Key>>& runs) {
+  const std::set<Key> near = neighbours(state, smoother);
+  const auto run = std::find_if(runs.begin(), runs.end(), [&](const std::vector<Key>& some) {
+    return near.count(some.back()) != 0;
+  });
+  if (run == runs.end()) {
+    runs.push_back({state});
+  } else {
+    run->push_back(state);
+  }
 }
 
 }  // namespace
@@ -68,17 +100,6 @@ bool StateChain::is_needed(Key state, const IncrementalSmoother& smoother,
   return needed;
 }
 
-/// Whether no factor ties a state to a newer one: the next motion hangs on it, if one comes.
-bool StateChain::ends_chain(Key state, const IncrementalSmoother& smoother,
-                            const std::unordered_set<Key>& newer) {
-  for (Handle handle : smoother.factors_of(state)) {
-    const std::vector<Key>& keys = held_by(smoother.graph(), handle);
-    const auto is_newer = [&](Key key) { return newer.count(key) != 0; };
-    if (std::any_of(keys.begin(), keys.end(), is_newer)) return false;
-  }
-  return true;
-}
-
 std::vector<Departure> StateChain::surplus(const IncrementalSmoother& smoother,
                                            const std::set<Key>& held) {
   if (entered_ <= options_.complete || entered_ < look_again_) return {};
@@ -108,25 +129,6 @@ std::vector<Departure> StateChain::surplus(const IncrementalSmoother& smoother,
   return out;
 }
 
-/// Appends a state to the run of which a factor ties it to the last one, or to a run of its own:
-/// what follows each other leaves together, what does not would tie two places.
-void StateChain::append(Key state, const IncrementalSmoother& smoother,
-                        std::vector<std::vector<Key>>& runs) {
-  std::unordered_set<Key> tied;
-  for (Handle handle : smoother.factors_of(state)) {
-    const std::vector<Key>& keys = held_by(smoother.graph(), handle);
-    tied.insert(keys.begin(), keys.end());
-  }
-  const auto run = std::find_if(runs.begin(), runs.end(), [&](const std::vector<Key>& some) {
-    return tied.count(some.back()) != 0;
-  });
-  if (run == runs.end()) {
-    runs.push_back({state});
-  } else {
-    run->push_back(state);
-  }
-}
-
 /// A run of states in parts that tie few variables together each, where the chain may be broken
 /// between them.
 std::vector<Departure> StateChain::split(const std::vector<Key>& run,
@@ -149,10 +151,8 @@ std::vector<Departure> StateChain::split(const std::vector<Key>& run,
 /// The variables other than states that the factors of a state hold.
 std::set<Key> StateChain::tied_to(Key state, const IncrementalSmoother& smoother) const {
   std::set<Key> tied;
-  for (Handle handle : smoother.factors_of(state)) {
-    for (Key key : held_by(smoother.graph(), handle)) {
-      if (!options_.is_state(key, smoother.values().type(key))) tied.insert(key);
-    }
+  for (Key key : neighbours(state, smoother)) {
+    if (!options_.is_state(key, smoother.values().type(key))) tied.insert(key);
   }
   return tied;
 }

@@ -5,7 +5,6 @@
 #include <optional>
 #include <set>
 #include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
 #include "libhybrid/smoother/incremental.h"
@@ -50,10 +49,6 @@ class StateChain {
   std::set<Key> tied_to(Key state, const IncrementalSmoother& smoother) const;
   bool is_needed(Key state, const IncrementalSmoother& smoother,
                  std::unordered_map<Key, int>& newer) const;
-  static void append(Key state, const IncrementalSmoother& smoother,
-                     std::vector<std::vector<Key>>& runs);
-  static bool ends_chain(Key state, const IncrementalSmoother& smoother,
-                         const std::unordered_set<Key>& newer);
 
   WindowOptions options_;
   std::vector<Key> states_;

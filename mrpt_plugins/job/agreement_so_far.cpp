@@ -6,25 +6,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "libhybrid/core/key_letters.h"
 #include "libhybrid/uncertainty/agreement.h"
-#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/health/agreement.h"
 
 namespace hybrid {
 namespace {
 
 constexpr double kLonger = 1.2;
-
-/// The poses of all keyframes up to a number, as they are estimated now.
-Trajectory path_to(int newest, const Mapper& mapper) {
-  Trajectory path;
-  for (std::size_t i = 0; i <= static_cast<std::size_t>(newest); ++i) {
-    path.push_back(
-        {mapper.time_of(i), pose_at(mapper.backend().values(), Key(key_letter::kPose, i))});
-  }
-  return path;
-}
 
 }  // namespace
 
@@ -37,15 +25,15 @@ Health agreements(const SensorArchives& measured, const PlacedViews& views,
   return out;
 }
 
-std::optional<Health> AgreementSoFar::at(const StepRecord& newest, const ScanOutputs& scans,
+std::optional<Health> AgreementSoFar::at(double time, const ScanOutputs& scans,
                                          const SensorArchives& measured, const Mapper& mapper) {
-  if (!begin_) begin_ = newest.time;
-  const double length = newest.time - *begin_;
+  if (!begin_) begin_ = time;
+  const double length = time - *begin_;
   // Before, nothing was measured much later than anything else.
   const double least = 2 * AgreementOptions().near_to;
   if (!(length >= std::max(least, kLonger * asked_))) return std::nullopt;
   asked_ = length;
-  const Trajectory path = path_to(newest.keyframe, mapper);
+  const Trajectory path = mapper.trajectory();
   return agreements(measured, PlacedViews(scans, measured, mapper, path), {}, mapper, path);
 }
 

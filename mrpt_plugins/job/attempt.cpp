@@ -195,8 +195,8 @@ void take_photographs(const ReplayRequest& request, ReplaySettings& settings) {
 
 /// What is done after each keyframe.
 Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, RunReport& report,
-                     ScanOutputs& scans, SensorArchives& measured, bool tells_agreement) {
-  return [&, tells_agreement, so_far = AgreementSoFar(), keyframes = std::size_t{0}](
+                     ScanOutputs& scans, SensorArchives& measured) {
+  return [&, so_far = AgreementSoFar(), keyframes = std::size_t{0}](
              const StepRecord& step, const Keyframe& keyframe) mutable {
     scans.added(step, keyframe);
     measured.detections.add(static_cast<std::size_t>(step.keyframe), keyframe);
@@ -204,7 +204,7 @@ Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, R
     ++keyframes;
     const Mapper& mapper = session.mapper();
     const auto agreement =
-        tells_agreement ? so_far.at(step, scans, measured, mapper) : std::nullopt;
+        report.has_lines() ? so_far.at(step.time, scans, measured, mapper) : std::nullopt;
     std::string line = report.watch(session.mapper(), step, keyframe, agreement);
     if (watchers.progress) {
       watchers.progress({session.source().progress(), keyframes, step.landmarks,
@@ -278,7 +278,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   report.begin(session.mapper(), settings.title);
   session.mapper().limit_work(conditions.most_work);
   try {
-    session.map(watch(session, watchers, movie, report, scans, measured, request.stream));
+    session.map(watch(session, watchers, movie, report, scans, measured));
   } catch (const TooMuchWork&) {
     return {request, {}, {}, false, false, false, session.mapper().work()};
   }

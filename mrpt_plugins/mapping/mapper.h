@@ -94,6 +94,8 @@ class Mapper {
   const std::vector<std::size_t>& log_rows() const { return log_rows_; }
   /// Time of a pose [s].
   double time_of(std::size_t pose) const { return steps_[pose].time; }
+  /// All poses as they are estimated now.
+  Trajectory trajectory() const;
   /// Of which robot a pose is.
   std::size_t robot_of(std::size_t pose) const { return steps_[pose].robot; }
   /// Where a sensor of a robot sits by its estimate; nothing if it is not calibrated.

@@ -73,6 +73,14 @@ MapResult Mapper::result() const {
   return result;
 }
 
+Trajectory Mapper::trajectory() const {
+  Trajectory out;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    out.push_back({steps_[i].time, pose_at(backend_->values(), pose_key(i))});
+  }
+  return out;
+}
+
 MapResult Mapper::result_without_sizes() const {
   MapResult result;
   result.is_3d = is_3d_;
@@ -93,9 +101,7 @@ MapResult Mapper::result_without_sizes() const {
     }
   }
   const Values& values = backend_->values();
-  for (std::size_t i = 0; i < steps_.size(); ++i) {
-    result.trajectory.push_back({steps_[i].time, pose_at(values, pose_key(i))});
-  }
+  result.trajectory = trajectory();
   std::vector<Key> points;
   std::vector<DiscreteKey> classes;
   for (const auto& [id, landmark] : landmarks_) {

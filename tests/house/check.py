@@ -65,6 +65,11 @@ def room_of(path):
     return parts[1] if len(parts) > 1 else None
 
 
+def is_foreign_detail(path, target):
+    """Whether a file includes what stands in detail/ of another room."""
+    return "detail" in target.split("/") and target.split("/")[:2] != path.split("/")[:2]
+
+
 def check_include(path, target, quoted):
     """A message if the file `path` must not include `target`, else None."""
     top = path.split("/")[0]
@@ -77,7 +82,7 @@ def check_include(path, target, quoted):
         return None
     if target_top not in ROOMS[top]:
         return f"{top} must not include {target}: dependence runs the other way"
-    if top not in ("tests", "bench", "python") and "detail" in target.split("/") and target.split("/")[:2] != path.split("/")[:2]:
+    if top not in ("tests", "bench", "python") and is_foreign_detail(path, target):
         return f"{target} is for its own room: what other rooms use does not stand in detail/"
     return None
 

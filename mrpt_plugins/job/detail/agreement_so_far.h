@@ -42,9 +42,10 @@ Health agreements(const SensorArchives& measured, const PlacedViews& views,
 /// fifth, so that all answers together take some six times what the last one takes.
 class AgreementSoFar {
  public:
-  /// The entries once it is their turn, for all keyframes up to this one of the mapper.
-  std::optional<Health> at(const StepRecord& newest, const ScanOutputs& scans,
-                           const SensorArchives& measured, const Mapper& mapper);
+  /// The entries for all keyframes of the mapper, where it is their turn at the time [s] of the
+  /// newest one.
+  std::optional<Health> at(double time, const ScanOutputs& scans, const SensorArchives& measured,
+                           const Mapper& mapper);
 
  private:
   std::optional<double> begin_;  // of the log [s]

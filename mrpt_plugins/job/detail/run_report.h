@@ -31,6 +31,8 @@ class RunReport {
 
   /// Before the first keyframe.
   void begin(Mapper& mapper, const std::string& title);
+  /// Whether keyframes are asked for as lines.
+  bool has_lines() const { return lines_.has_value(); }
   /// After every keyframe; returns it as a line of JSON, "" where none is asked for, with what was
   /// found of the agreement over time.
   std::string watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe,
