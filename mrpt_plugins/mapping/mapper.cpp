@@ -99,11 +99,11 @@ Mapper::Mapper(std::vector<RobotOptions> robots,
       throw SettingsError(fmt::format("two robots have the id {}", *options.id));
     }
     Calibrator calibrator(options.calibration, is_3d_, options.name, number);
-    robots_.push_back({std::move(options), std::move(calibrator), {}, {}, {}, {}});
+    robots_.push_back({std::move(options), std::move(calibrator), {}, {}, {}, {}, {}});
   }
 }
 
-const StepRecord& Mapper::add(const Keyframe& raw) {
+const StepRecord* Mapper::add(const Keyframe& raw) {
   Keyframe keyframe = raw;
   make_room(steps_);
   make_room(log_rows_);
@@ -112,6 +112,9 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   row_ = raw.row;
   robot_ = raw.robot;
   make_room(robot().poses);
+  if (robot().since && keyframe.odometry) {
+    keyframe.odometry = compose(*robot().since, *keyframe.odometry);
+  }
   Motion motion = predict(keyframe);
   robot().calibrator.place_sensors(keyframe.detections, backend_->values(), motion.delta);
   add_sightings(keyframe, motion.delta);
@@ -123,15 +126,15 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
       use_measured_odometry(plugins_, *keyframe.odometry, robot().options.motion, is_3d_, *factor);
     }
   }
-  BackendReport report;
-  try {
-    report = update(motion.delta, contributions);
-  } catch (const Error& e) {
-    if (!keyframe.odometry) throw Error(fmt::format("step {} of the log: {}", row_, e.what()));
-    note("odometry dropped: not usable", e.what());
-    motion = predict_from(nullptr);
-    report = update(motion.delta, {});
+  const std::optional<BackendReport> report =
+      update_by(motion, keyframe.odometry.has_value(), contributions);
+  if (!report) {
+    robot().since =
+        keyframe.odometry ? *keyframe.odometry : unknown_motion(robot().options.motion, is_3d_);
+    return nullptr;
   }
+  robot().since.reset();
+  take_sightings(keyframe);
   const bool is_matched = !keyframe.scans.empty() && follow_scans(plugins_);
   if ((is_matched || tie_keyframes(plugins_)) && backend_->keeps_all()) {
     backend_->hold(pose_key(steps_.size()));
@@ -144,9 +147,28 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   log_rows_.push_back(keyframe.row);
   steps_.push_back({});
   look_for_datum();
-  add_work(report, revise(false));
-  steps_.back() = record(keyframe, report);
-  return steps_.back();
+  BackendReport work = *report;
+  add_work(work, revise(false));
+  steps_.back() = record(keyframe, work);
+  return &steps_.back();
+}
+
+/// The update by a keyframe: without its odometry where that is refused, too, and nothing where the
+/// pose is refused alone.
+std::optional<BackendReport> Mapper::update_by(Motion& motion, bool is_measured,
+                                               const std::vector<Contribution>& contributions) {
+  try {
+    return update(motion.delta, contributions);
+  } catch (const Error& e) {
+    if (steps_.empty()) throw Error(fmt::format("step {} of the log: {}", row_, e.what()));
+    if (!is_measured) {
+      note("keyframe dropped: not usable", e.what());
+      return std::nullopt;
+    }
+    note("odometry dropped: not usable", e.what());
+  }
+  motion = predict_from(nullptr);
+  return update_by(motion, false, {});
 }
 
 /// The motion to a new pose. Unusable odometry is dropped.
@@ -214,10 +236,9 @@ void Mapper::add_motion(Key to, const OdometryIncrement& motion, bool measured, 
   }
 }
 
-/// Notes what a robot sees of others, and adds what they have seen of it since its last keyframe.
+/// Adds what other robots have seen of this one since its last keyframe.
 void Mapper::add_sightings(const Keyframe& keyframe, Delta& delta) {
   if (robots_.size() == 1) return;
-  sightings_.take(robot_, pose_key(steps_.size()), keyframe.time, keyframe.robots, robot_of_);
   if (robot().poses.empty() || !keyframe.odometry) {
     sightings_.miss(robot_, keyframe.time);
     return;
@@ -231,6 +252,12 @@ void Mapper::add_sightings(const Keyframe& keyframe, Delta& delta) {
     delta.continuous.push_back(std::move(factor));
     ++measurements_;
   }
+}
+
+/// Notes what a robot sees of others, from the pose that was added last.
+void Mapper::take_sightings(const Keyframe& keyframe) {
+  if (robots_.size() == 1) return;
+  sightings_.take(robot_, pose_key(steps_.size()), keyframe.time, keyframe.robots, robot_of_);
 }
 
 MapView Mapper::view() const {

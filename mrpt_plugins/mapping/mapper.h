@@ -68,11 +68,13 @@ class Mapper {
   /// Log odds that landmarks are there, by id, as far as plugins tell.
   std::map<std::int64_t, double> existence() const;
 
-  /// Adds one keyframe. Its pose is always kept; unusable parts (odometry that makes no sense,
-  /// observations that leave a variable undetermined, contributions of a plugin that throws) are
-  /// left out and counted in `dropped`. Throws SettingsError if the options contradict each other,
-  /// and std::bad_alloc, which leaves the map unchanged.
-  const StepRecord& add(const Keyframe& raw);
+  /// Adds one keyframe. Unusable parts (odometry that makes no sense, observations that leave a
+  /// variable undetermined, contributions of a plugin that throws) are left out and counted in
+  /// `dropped`. Nothing, and counted too, where the back-end refuses the pose alone: the next
+  /// motion of this robot then begins at the keyframe before. Throws SettingsError if the options
+  /// contradict each other, Error where no first pose is possible, and std::bad_alloc, which leaves
+  /// the map unchanged.
+  const StepRecord* add(const Keyframe& raw);
 
   /// Solves to convergence.
   BackendReport finish();
@@ -140,6 +142,8 @@ class Mapper {
     std::optional<Handle> start;            // of what is known of the first pose in a known map
     std::vector<std::size_t> poses;         // keyframes
     mrpt::poses::CPose3D T_odometry_robot;  // dead reckoning of the newest
+    std::optional<OdometryIncrement>
+        since;  // motion from the newest to a keyframe that was dropped
   };
   /// A new pose on its way into the map.
   struct Motion {
@@ -153,6 +157,9 @@ class Mapper {
   Motion predict_from(const OdometryIncrement* measured) const;
   void add_motion(Key to, const OdometryIncrement& motion, bool measured, Motion& out) const;
   void add_sightings(const Keyframe& keyframe, Delta& delta);
+  void take_sightings(const Keyframe& keyframe);
+  std::optional<BackendReport> update_by(Motion& motion, bool is_measured,
+                                         const std::vector<Contribution>& contributions);
   Robot& robot() { return robots_[robot_]; }
   const Robot& robot() const { return robots_[robot_]; }
   void add_modes(MapResult& result) const;

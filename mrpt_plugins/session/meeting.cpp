@@ -85,7 +85,7 @@ Meeting::OwnMap Meeting::map_alone(std::size_t robot) const {
     OwnMap out;
     while (const auto keyframe = log.next()) {
       throw_if_interrupted();
-      mapper.add(*keyframe);
+      if (mapper.add(*keyframe) == nullptr) continue;
       out.robots.push_back(keyframe->robots);
     }
     mapper.finish();

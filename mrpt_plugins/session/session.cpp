@@ -63,10 +63,11 @@ void Session::map(const Watch& watch) {
     bool is_empty = true;
     while (const auto keyframe = next_keyframe()) {
       is_empty = false;
-      const StepRecord& step = mapper_->add(*keyframe);
+      const StepRecord* step = mapper_->add(*keyframe);
+      if (step == nullptr) continue;
       team_.added(keyframe->robot, *mapper_);
       place_.added(*mapper_);
-      watch(step, *keyframe);
+      watch(*step, *keyframe);
     }
     if (is_empty) {
       throw_if_interrupted();

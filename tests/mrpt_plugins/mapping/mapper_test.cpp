@@ -142,7 +142,7 @@ TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
   World world(is_3d_);
   Mapper mapper = make_mapper("ClassedBearingRangeKnownIds", is_3d_, ini_);
   StepRecord last;
-  for (int i = 0; i < 40; ++i) last = mapper.add(world.keyframe(i));
+  for (int i = 0; i < 40; ++i) last = *mapper.add(world.keyframe(i));
   const Estimate before{mapper.backend().values(), mapper.backend().assignment()};
   EXPECT_NEAR(last.objective_after,
               objective(mapper.backend().graph(), before.values, before.assignment),

@@ -53,12 +53,15 @@ class Refusing : public Backend {
 
   /// When it refuses: whether memory lacks for what comes without a motion.
   bool lacks_memory = false;
+  /// Whether it refuses changes without landmarks, too.
+  bool refuses_all = false;
 
   std::string mode() const override { return inner_->mode(); }
   BackendReport update(const Delta& delta) override {
     const auto has_landmark = [](const auto& factor) {
       return std::any_of(factor->keys().begin(), factor->keys().end(), is_of_landmark);
     };
+    if (refuses_all) throw Error("refused");
     if (refuses_ && (std::any_of(delta.continuous.begin(), delta.continuous.end(), has_landmark) ||
                      std::any_of(delta.hybrid.begin(), delta.hybrid.end(), has_landmark))) {
       if (lacks_memory && delta.values.keys().empty()) throw std::bad_alloc();
@@ -136,6 +139,42 @@ TEST_P(Refusal, LosesTheObservationsOfTheKeyframeAndNothingElse) {
       }
       EXPECT_LT(nearest, 0.5);
     }
+  }
+}
+
+// The motion of the keyframes that are dropped is not lost: the map is the same but for their
+// poses.
+TEST(RefusalOfAPose, DropsTheKeyframeAndItsMotionGoesOn) {
+  IniFile ini("[solver]\nmode = incremental", "test.ini");
+  const auto map_of = [&](const std::vector<int>& refused) {
+    BeaconWorld world(false);
+    bool refuses = false;
+    auto backend = std::make_unique<Refusing>(make_backend(ini.section("solver")), refuses);
+    Refusing& gate = *backend;
+    Mapper mapper(read_motion_options(ini), {make_plugin("BearingRangeKnownIds", ini)},
+                  std::move(backend), false);
+    for (int i = 0; i < 40; ++i) {
+      gate.refuses_all = std::find(refused.begin(), refused.end(), i) != refused.end();
+      EXPECT_EQ(mapper.add(world.with_detections(i, true)) == nullptr, gate.refuses_all) << i;
+    }
+    mapper.finish();
+    if (!refused.empty()) {
+      EXPECT_EQ(mapper.dropped().at("keyframe dropped: not usable"), refused.size());
+      EXPECT_FALSE(mapper.dropped().count("odometry missing: robot taken to stand still"));
+    }
+    return mapper.result();
+  };
+  const MapResult whole = map_of({});
+  const std::vector<int> refused = {9, 20, 21, 22, 39};
+  const MapResult rest = map_of(refused);
+  ASSERT_EQ(rest.trajectory.size() + refused.size(), whole.trajectory.size());
+  for (std::size_t i = 0, k = 0; i < whole.trajectory.size(); ++i) {
+    if (std::find(refused.begin(), refused.end(), static_cast<int>(i)) != refused.end()) continue;
+    const TimedPose &with = whole.trajectory[i], &without = rest.trajectory[k];
+    EXPECT_EQ(with.time, without.time);
+    EXPECT_LT((with.pose - without.pose).norm(), 0.05);
+    EXPECT_LT((whole.dead_reckoning[i].pose - rest.dead_reckoning[k].pose).norm(), 1e-9);
+    ++k;
   }
 }
 
