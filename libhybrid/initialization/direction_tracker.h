@@ -16,10 +16,10 @@
 namespace HYBRID_API hybrid {
 
 struct DirectionTrackerOptions {
-  double least_depth = 1;     ///< Of a thing at first sight [m]; farther ones may be anywhere.
-  double range_sigma = 0.15;  ///< A range is known where its sigma is at most this share of it.
-  double gate = 0.9999;       ///< chi-square probability within which a direction continues a track
-  double memory = 2;          ///< A thing that nobody saw for so long is given up [s].
+  double least_depth = 1;    ///< Of a thing at first sight [m]; farther ones may be anywhere.
+  double range_sigma = 0.3;  ///< A range is known where its sigma is at most this share of it.
+  double gate = 0.9999;      ///< chi-square probability within which a direction continues a track
+  double memory = 2;         ///< A thing that nobody saw for so long is given up [s].
   /// Share of the variance of a direction that all directions of one thing have in common.
   double common = 0.25;
 };

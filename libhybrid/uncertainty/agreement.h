@@ -47,17 +47,19 @@ struct Agreement {
 
 /// What a sensor detected at one time, laid out by a path.
 struct PlacedDetections {
-  double time = 0;    ///< [s]
-  int robot = 0;      ///< looks of different robots are late whatever the time
-  int sensor = 0;     ///< its range and field of view are learnt from its detections
-  bool is_3d = true;  ///< else two numbers each, in the plane of the sensor
+  double time = 0;        ///< [s]
+  int robot = 0;          ///< looks of different robots are late whatever the time
+  int sensor = 0;         ///< its range and field of view are learnt from its detections
+  bool is_3d = true;      ///< else two numbers each, in the plane of the sensor
+  bool has_range = true;  ///< else ranges are 0, and the sensor tells directions alone
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   std::vector<MeasuredPoint> seen;  ///< range and angles
 };
 
-/// The agreement over time of detections with ranges; in any order. No association, no landmark and
-/// no prior is used, only which places were detected again when they were in view. It takes at most
-/// 8,000 places and 200 looks at each, evenly spread.
+/// The agreement over time of detections; in any order. No association, no landmark and no prior is
+/// used, only which places were detected again when they were in view. What sensors of directions
+/// see is at a place where its directions of some seconds cross; it is found again in any direction
+/// that leads there. It takes at most 8,000 places and 200 looks at each, evenly spread.
 Agreement agreement_of_detections(std::vector<PlacedDetections> frames,
                                   const AgreementOptions& options = {});
 

@@ -8,6 +8,8 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/polar.h"
+#include "libhybrid/geometry/so2.h"
+#include "libhybrid/uncertainty/detail/crossings.h"
 #include "libhybrid/uncertainty/detail/look_table.h"
 
 namespace hybrid {
@@ -56,96 +58,150 @@ DetectedPlace detected_place(const MeasuredPoint& seen) {
   return out;
 }
 
+/// Whether two measurements of one thing may be as far apart.
+template <int N>
+bool agrees(const Eigen::Matrix<double, N, 1>& apart, const Eigen::Matrix<double, N, N>& C) {
+  static const double gate = chi_square_quantile(kAgree, N);
+  return apart.dot(C.inverse() * apart) < gate;
+}
+
+template <int N>
+bool agrees(const DetectedPlace& a, const DetectedPlace& b) {
+  return agrees<N>((a.point - b.point).head<N>(),
+                   (a.covariance + b.covariance).topLeftCorner<N, N>());
+}
+
+/// Whether a direction, of N angles, leads to a place: z of it and its covariance are given.
+template <int N>
+bool leads_to(const MeasuredPoint& seen, const Eigen::Vector3d& z, const Eigen::Matrix3d& C) {
+  Eigen::Matrix<double, N, 1> apart = seen.z.segment<N>(1) - z.segment<N>(1);
+  apart[0] = wrap_angle(apart[0]);
+  return agrees<N>(apart, C.block<N, N>(1, 1) + seen.covariance.block<N, N>(1, 1));
+}
+
 /// The looks of all sensors.
 class Detections {
  public:
-  explicit Detections(std::vector<PlacedDetections> frames) : frames_(std::move(frames)) {
-    std::stable_sort(frames_.begin(), frames_.end(),
-                     [](const auto& a, const auto& b) { return a.time < b.time; });
-    for (const PlacedDetections& frame : frames_) {
+  /// `frames` are in order of time.
+  Detections(std::vector<PlacedDetections> frames, const AgreementOptions& options)
+      : options_(options_for(options, frames.back().time - frames.front().time)),
+        crossings_(crossings(frames, options.near_to)),
+        looks_(std::move(frames)) {
+    for (const std::vector<PlacedDetections>* measured : {&looks_, &crossings_.places}) {
+      for (const PlacedDetections& frame : *measured) {
+        if (!frame.has_range) continue;
+        std::vector<double>& ranges = views_[frame.sensor].ranges;
+        for (const MeasuredPoint& seen : frame.seen) ranges.push_back(seen.z[0]);
+        count_ += frame.seen.size();
+      }
+    }
+    for (const PlacedDetections& frame : looks_) {
       places_.emplace_back();
       ViewOfSensor& view = views_[frame.sensor];
       for (const MeasuredPoint& seen : frame.seen) {
-        places_.back().push_back(detected_place(seen));
-        view.ranges.push_back(seen.z[0]);
+        if (frame.has_range) places_.back().push_back(detected_place(seen));
         view.yaws.push_back(seen.z[1]);
         view.pitches.push_back(seen.z.size() > 2 ? seen.z[2] : 0);
-        ++count_;
       }
     }
     for (auto& [sensor, view] : views_) {
-      if (!view.ranges.empty()) view.learn();
+      if (!view.ranges.empty() && !view.yaws.empty()) view.learn();
       reach_ = std::max(reach_, view.reach);
     }
   }
 
-  Agreement judge(const AgreementOptions& given) const {
+  Agreement judge() const {
     if (count_ == 0) return {};
-    const auto options = options_for(given, frames_.back().time - frames_.front().time);
-    LookTable table(frames_.front().time, reach_);
+    LookTable table(looks_.front().time, reach_);
     std::vector<std::pair<double, int>> times;
-    for (const PlacedDetections& frame : frames_) times.emplace_back(frame.time, frame.robot);
-    const LookChoice choice(std::move(times), options);
-    const std::size_t every = (count_ + kMostJudged - 1) / kMostJudged;
+    for (const PlacedDetections& frame : looks_) times.emplace_back(frame.time, frame.robot);
+    const LookChoice choice(std::move(times), options_);
     std::size_t number = 0;
-    for (std::size_t i = 0; i < frames_.size(); ++i) {
-      if (frames_[i].seen.empty()) continue;
-      std::vector<std::size_t> taken;
-      for (std::size_t k = 0; k < places_[i].size(); ++k) {
-        if (number++ % every == 0) taken.push_back(k);
-      }
-      if (taken.empty()) continue;
-      const auto looks = choice.around(frames_[i].time, frames_[i].robot);
-      for (const std::size_t k : taken) {
-        table.begin_place(frames_[i].time);
-        for (const auto& [when, j] : looks) look(i, k, j, when, table);
-      }
+    for (const PlacedDetections& frame : looks_) {
+      if (frame.has_range) look_at(frame, choice.around(frame.time, frame.robot), number, table);
+    }
+    for (std::size_t i = 0; i < crossings_.places.size(); ++i) {
+      const PlacedDetections& frame = crossings_.places[i];
+      look_at(frame, around_crossing(i, choice.around(frame.time, frame.robot)), number, table);
     }
     Agreement out = table.conclude();
-    out.far_from = options.far_from;
+    out.far_from = options_.far_from;
     return out;
   }
 
  private:
-  /// The look of frame j at place k of frame i.
-  void look(std::size_t i, std::size_t k, std::size_t j, LookTime when, LookTable& table) const {
-    const PlacedDetections &from = frames_[i], &to = frames_[j];
-    const Eigen::Isometry3d T = to.T_map_sensor.inverse() * from.T_map_sensor;
-    const DetectedPlace& place = places_[i][k];
-    Eigen::Vector3d p = T * place.point;
-    if (!to.is_3d) p.z() = 0;
-    const Eigen::Vector3d z = to_polar(p);
-    if (!views_.at(to.sensor).holds(z, to.is_3d)) return;
-    const Eigen::Matrix3d C = T.linear() * place.covariance * T.linear().transpose();
-    const bool found =
-        std::any_of(places_[j].begin(), places_[j].end(), [&](const DetectedPlace& other) {
-          return agree(p - other.point, C + other.covariance, to.is_3d ? 3 : 2);
-        });
-    table.add(when, z[0], angle_between(T.linear() * place.point, p), found);
-  }
+  using Looks = std::vector<std::pair<LookTime, std::size_t>>;
 
-  bool agree(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance, int dim) const {
-    const double gate = dim == 2 ? gate2_ : gate3_;
-    if (dim == 2) {
-      const Eigen::Matrix2d C = covariance.topLeftCorner<2, 2>();
-      return apart.head<2>().dot(C.inverse() * apart.head<2>()) < gate;
+  /// The looks at what directions tell: soon are those of the same stretch that had no part in it.
+  Looks around_crossing(std::size_t i, Looks looks) const {
+    const auto is_soon = [](const auto& look) { return look.first != LookTime::kLate; };
+    looks.erase(std::remove_if(looks.begin(), looks.end(), is_soon), looks.end());
+    for (const std::size_t j : crossings_.looks[i]) {
+      const bool is_before = looks_[j].time < crossings_.places[i].time;
+      looks.emplace_back(is_before ? LookTime::kBefore : LookTime::kAfter, j);
     }
-    return apart.dot(covariance.inverse() * apart) < gate;
+    return looks;
   }
 
-  std::vector<PlacedDetections> frames_;
-  std::vector<std::vector<DetectedPlace>> places_;
+  /// Looks at the places of a frame; `number` counts those of all frames.
+  void look_at(const PlacedDetections& frame, const Looks& looks, std::size_t& number,
+               LookTable& table) const {
+    const std::size_t every = (count_ + kMostJudged - 1) / kMostJudged;
+    for (const MeasuredPoint& seen : frame.seen) {
+      if (number++ % every != 0) continue;
+      table.begin_place(frame.time);
+      const DetectedPlace place = detected_place(seen);
+      for (const auto& [when, j] : looks) look(frame.T_map_sensor, place, j, when, table);
+    }
+  }
+
+  /// The look of frame j at a place that was measured from elsewhere.
+  void look(const Eigen::Isometry3d& T_map_from, const DetectedPlace& place, std::size_t j,
+            LookTime when, LookTable& table) const {
+    const PlacedDetections& to = looks_[j];
+    const Eigen::Isometry3d T = to.T_map_sensor.inverse() * T_map_from;
+    DetectedPlace here{T * place.point, T.linear() * place.covariance * T.linear().transpose()};
+    if (!to.is_3d) here.point.z() = 0;
+    const Eigen::Vector3d z = to_polar(here.point);
+    if (!views_.at(to.sensor).holds(z, to.is_3d)) return;
+    const bool found = to.has_range ? has_at(j, here) : has_towards(j, here);
+    table.add(when, z[0], angle_between(T.linear() * place.point, here.point), found);
+  }
+
+  bool has_at(std::size_t j, const DetectedPlace& here) const {
+    const bool is_3d = looks_[j].is_3d;
+    return std::any_of(places_[j].begin(), places_[j].end(), [&](const DetectedPlace& other) {
+      return is_3d ? agrees<3>(here, other) : agrees<2>(here, other);
+    });
+  }
+
+  bool has_towards(std::size_t j, const DetectedPlace& here) const {
+    const PlacedDetections& to = looks_[j];
+    Eigen::Matrix3d by_point;
+    const Eigen::Vector3d z = to_polar(here.point, &by_point);
+    const Eigen::Matrix3d C = by_point * here.covariance * by_point.transpose();
+    return std::any_of(to.seen.begin(), to.seen.end(), [&](const MeasuredPoint& seen) {
+      return to.is_3d ? leads_to<2>(seen, z, C) : leads_to<1>(seen, z, C);
+    });
+  }
+
+  AgreementOptions options_;
+  Crossings crossings_;
+  std::vector<PlacedDetections> looks_;
+  std::vector<std::vector<DetectedPlace>> places_;  // of looks with ranges
   std::map<int, ViewOfSensor> views_;
-  std::size_t count_ = 0;
+  std::size_t count_ = 0;  // of places that are looked at
   double reach_ = 0;
-  double gate2_ = chi_square_quantile(kAgree, 2), gate3_ = chi_square_quantile(kAgree, 3);
 };
 
 }  // namespace
 
 Agreement agreement_of_detections(std::vector<PlacedDetections> frames,
                                   const AgreementOptions& options) {
-  return Detections(std::move(frames)).judge(options);
+  if (frames.empty()) return {};
+  std::stable_sort(frames.begin(), frames.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  return Detections(std::move(frames), options).judge();
 }
 
 }  // namespace hybrid

@@ -14,13 +14,6 @@ constexpr double kLeftOut = 20;     // [s] of the log, left out in turn
 constexpr double kFewestSoon = 20;  // looks that tell a share
 constexpr std::size_t kMostSoon = 30, kMostLate = 140;
 
-/// Thins positions evenly.
-void thin(std::vector<std::size_t>& positions, std::size_t most) {
-  if (positions.size() <= most) return;
-  for (std::size_t i = 0; i < most; ++i) positions[i] = positions[i * positions.size() / most];
-  positions.resize(most);
-}
-
 }  // namespace
 
 void LookTable::begin_place(double time) {
@@ -127,6 +120,12 @@ Agreement LookTable::conclude() {
   return out;
 }
 
+void thin_evenly(std::vector<std::size_t>& positions, std::size_t most) {
+  if (positions.size() <= most) return;
+  for (std::size_t i = 0; i < most; ++i) positions[i] = positions[i * positions.size() / most];
+  positions.resize(most);
+}
+
 AgreementOptions options_for(AgreementOptions options, double length) {
   options.far_from = std::min(options.far_from, std::max(options.near_to, length / 2));
   return options;
@@ -145,9 +144,9 @@ std::vector<std::pair<LookTime, std::size_t>> LookChoice::around(double time, in
       (later < 0 ? before : after).push_back(i);
     }
   }
-  thin(before, kMostSoon);
-  thin(after, kMostSoon);
-  thin(late, kMostLate);
+  thin_evenly(before, kMostSoon);
+  thin_evenly(after, kMostSoon);
+  thin_evenly(late, kMostLate);
   std::vector<std::pair<LookTime, std::size_t>> out;
   for (const std::size_t i : before) out.emplace_back(LookTime::kBefore, i);
   for (const std::size_t i : after) out.emplace_back(LookTime::kAfter, i);

@@ -114,9 +114,8 @@ void check_detections(const RunFacts& facts, Health& health) {
         "way of the robot: things get a place where it passes them, not where it drives straight "
         "at them; noise of the odometry, if it is better than stated: smaller ([reader] "
         "odometry_sigma_factor, or --walk-rotation and --walk-translation of hybrid-import); "
-        "[BearingRangeAssociation] range_sigma: larger, as 0.3, and memory: longer, as 20; "
-        "[sensor] "
-        "sigma_yaw_deg: smaller, if it is"));
+        "[BearingRangeAssociation] memory: longer, as 20; [sensor] sigma_yaw_deg: smaller, if it "
+        "is"));
   }
   if (facts.ranges >= kFewestDetections) {
     health.push_back(share_entry("ranges taken for false", facts.false_ranges, facts.ranges,

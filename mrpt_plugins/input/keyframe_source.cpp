@@ -233,7 +233,8 @@ bool KeyframeSource::is_3d() {
          });
 }
 
-/// Passes the detections of a step to the tracker. At a keyframe, replaces them by its tracklets.
+/// Passes the detections of a step to the tracker. At a keyframe, replaces them by its tracklets;
+/// directions, which no range joins, stay as they are.
 void KeyframeSource::track(const LogStep& step, bool is_keyframe,
                            std::vector<DetectionFrame>& detections) {
   if (step.odometry) {
@@ -242,8 +243,14 @@ void KeyframeSource::track(const LogStep& step, bool is_keyframe,
     const std::size_t lost = tracker_.forget();
     if (lost > 0) dropped_["detection dropped: no odometry from there to a keyframe"] += lost;
   }
-  for (const DetectionFrame& frame : detections) tracker_.take(frame);
-  if (is_keyframe) detections = tracker_.release();
+  const auto ranged =
+      std::stable_partition(detections.begin(), detections.end(),
+                            [](const DetectionFrame& frame) { return !frame.has_range; });
+  std::for_each(ranged, detections.end(),
+                [&](const DetectionFrame& frame) { tracker_.take(frame); });
+  if (!is_keyframe) return;
+  detections.erase(ranged, detections.end());
+  for (DetectionFrame& tracklets : tracker_.release()) detections.push_back(std::move(tracklets));
 }
 
 void KeyframeSource::collect_scans(const LogStep& step) {

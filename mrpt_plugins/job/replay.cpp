@@ -23,8 +23,10 @@ namespace hybrid {
 namespace {
 
 constexpr int kMostMeasurements = 4;  // of the noise, each with a map
-/// All further maps together may take so many times the work of the first: a budget.
+/// All further maps together may take so many times the work of the first, or else so much:
+/// budgets.
 constexpr double kMostWork = 10;
+constexpr double kLeastWork = 3e6;  // linearised factors and eliminated variables, some seconds
 
 /// Makes further maps of the logs after a first one, within the budget.
 class Attempts {
@@ -35,7 +37,7 @@ class Attempts {
         start_(start),
         settings_(first.request.settings),
         first_work_(first.work),
-        left_(kMostWork * first.work) {
+        left_(std::max(kMostWork * first.work, kLeastWork)) {
     add(first);
   }
 
@@ -121,7 +123,8 @@ void map_coarsely(const ReplayRequest& request, const Health& first, Attempts& a
     for (const ReplayRequest& coarse : coarser(given, fine)) {
       Attempt next = attempts.make(coarse, {&first, is_good, false, false});
       const bool is_good_one = next.is_written;
-      const bool is_whole = !next.path.empty();  // it was not given up
+      // it was not given up, and is more than dead reckoning
+      const bool is_whole = !next.path.empty() && next.outcome.summary.landmarks > 0;
       if (is_whole && !is_good_one && !has_spoilt(next.outcome.summary.health, first)) {
         requests.push_back(coarse);
         paths.push_back(next.path);
@@ -168,12 +171,12 @@ void map_as_measured(const ReplayRequest& request, Attempts& attempts, Attempt& 
   }
 }
 
-/// Maps logs whose map is bad once more with keyframes farther apart, until a map is not.
-void map_sparsely(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
-  for (const ReplayRequest& sparse : sparser(request, taken.outcome.summary)) {
+/// Makes other maps of a log whose map is bad, until one is not.
+void draw(const std::vector<ReplayRequest>& others, Attempts& attempts, Attempt& taken) {
+  for (const ReplayRequest& other : others) {
     const Health before = taken.outcome.summary.health;
-    if (worst(before) != HealthVerdict::kBad) return;
-    if (!take(attempts.make(sparse, {&before, agrees_better}), taken)) return;
+    if (taken.outcome.signal != 0 || worst(before) != HealthVerdict::kBad) return;
+    take(attempts.make(other, {&before, agrees_better}), taken);
   }
 }
 
@@ -209,8 +212,9 @@ ReplayOutcome replay(const ReplayRequest& request,
   try {
     const Health first = taken.outcome.summary.health;
     map_as_measured(request, attempts, taken);
+    draw(following_longer(request, taken.outcome.summary), attempts, taken);
     if (taken.outcome.signal == 0) map_coarsely(request, first, attempts, taken);
-    if (taken.outcome.signal == 0) map_sparsely(request, attempts, taken);
+    draw(sparser(request, taken.outcome.summary), attempts, taken);
     if (taken.outcome.signal == 0) map_without_fixes(attempts, taken);
   } catch (const Interrupted& e) {
     taken.outcome.signal = e.signal();

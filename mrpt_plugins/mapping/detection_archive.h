@@ -23,8 +23,8 @@ class DetectionArchive {
   /// Takes the detections of keyframe number `number` of the map.
   void add(std::size_t number, const Keyframe& keyframe);
 
-  /// Those that have ranges, laid out by the path of all keyframes, and by the poses of the sensors
-  /// where the map calibrates these.
+  /// All of them, laid out by the path of all keyframes, and by the poses of the sensors where the
+  /// map calibrates these.
   std::vector<PlacedDetections> placed(const Mapper& mapper, const Trajectory& keyframes) const;
 
  private:

@@ -8,10 +8,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <sstream>
 
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/initialization/direction_tracker.h"
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/health/agreement.h"
@@ -37,6 +40,19 @@ constexpr std::array<double, 3> kIntervals{0.5, 1, 2};
 /// is stated too sure lets every map that is not in pieces depart from it by more than that one.
 constexpr double kSpoilt = 2;
 constexpr double kSameTime = 1e-3;  // [s]
+
+/// Shares of agreement that tell which of two bad maps is the better one; its usual sigma.
+constexpr double kClearly = 0.05;
+
+constexpr const char* kMemory = "BearingRangeAssociation.memory";
+constexpr const char* kRangeSigma = "BearingRangeAssociation.range_sigma";
+
+/// The least of the agreements over time of a map, 0 where none is judged.
+double least_agreement(const Health& health) {
+  double least = kInfinity;
+  for (const double value : agreement_values(health)) least = std::min(least, value);
+  return std::isfinite(least) ? least : 0;
+}
 
 /// What section.key of a configuration is; empty where it has none.
 std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
@@ -81,6 +97,10 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
                        text_of(configuration, "BearingRangeAssociation.extent") == "0";
   if (sigma == summary.statistics.end() || !is_free) return std::nullopt;
   return sigma->second;
+}
+
+bool has_directions(const Summary& summary) {
+  return summary.statistics.count("directions") != 0;
 }
 
 }  // namespace
@@ -159,11 +179,23 @@ std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& 
   return out;
 }
 
+std::vector<ReplayRequest> following_longer(const ReplayRequest& request, const Summary& summary) {
+  const IniFile::Settings& configuration = summary.provenance.configuration;
+  const DirectionTrackerOptions usual;
+  const bool is_free = has_directions(summary) && setting(configuration, kMemory) == usual.memory &&
+                       setting(configuration, kRangeSigma) == usual.range_sigma;
+  if (!is_free) return {};
+  std::vector<ReplayRequest> out(2, request);
+  for (ReplayRequest& longer : out) longer.settings.push_back(fmt::format("{}=20", kMemory));
+  out.back().settings.push_back(fmt::format("{}={}", kRangeSigma, usual.range_sigma / 2));
+  return out;
+}
+
 std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& summary) {
   std::vector<ReplayRequest> out;
   const IniFile::Settings& configuration = summary.provenance.configuration;
-  const bool is_free =
-      setting(configuration, "keyframes.min_time") == 0 && summary.statistics.count(kSigma) != 0;
+  const bool is_free = setting(configuration, "keyframes.min_time") == 0 &&
+                       summary.statistics.count(kSigma) != 0 && !has_directions(summary);
   for (const double interval : kIntervals) {
     if (!is_free) break;
     out.push_back(Remedies().apply(request));
@@ -193,7 +225,10 @@ std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary&
 
 bool agrees_better(const Health& a, const Health& b) {
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
-  return of_a < of_b || (of_a == of_b && is_better(a, b));
+  if (of_a != of_b) return of_a < of_b;
+  const double gain = least_agreement(a) - least_agreement(b);
+  if (of_a == HealthVerdict::kBad && std::abs(gain) > kClearly) return gain > 0;
+  return is_better(a, b);
 }
 
 }  // namespace hybrid

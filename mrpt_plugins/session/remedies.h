@@ -51,8 +51,13 @@ bool has_spoilt(const Health& a, const Health& b);
 /// summary this is, did not leave open how detections find landmarks.
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary);
 
+/// The request with things that are seen by direction alone followed for longer. None where the log
+/// has no such things, or the request tells how long.
+std::vector<ReplayRequest> following_longer(const ReplayRequest& request, const Summary& summary);
+
 /// The request with keyframes farther apart in time, from fine to coarse: errors of detections that
-/// last are less alike in them. None where the request, or the log, tells their interval.
+/// last are less alike in them. None where the request, or the log, tells their interval, and for
+/// directions, whose crossings need them all.
 std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& summary);
 
 /// The request without the fixes of satellite receivers, where the map with them, whose summary
@@ -61,7 +66,8 @@ std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& 
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary);
 
 /// Whether more of what was measured far apart in time agrees in map `a` than in `b`, or as much,
-/// and `a` is better otherwise. A map that is not judged agrees with nothing.
+/// and `a` is better otherwise: by the verdict and, of maps that are bad, by the share. A map that
+/// is not judged agrees with nothing.
 bool agrees_better(const Health& a, const Health& b);
 
 }  // namespace hybrid

@@ -42,16 +42,16 @@ SE2 moved(const SE2& pose, const Eigen::Vector2d& by) {
   return SE2(pose.x() + by.x(), pose.y() + by.y(), pose.angle());
 }
 
-/// Detections of things around the circle, in each second, laid out by a path that has errors.
+/// Detections of things around the circle, once a period, laid out by a path that has errors.
 std::vector<PlacedDetections> detections(double seconds, const Error& error, unsigned seed = 1,
-                                         bool is_3d = false) {
+                                         bool is_3d = false, double period = 1) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> place(-16, 16), share(0, 1);
   std::vector<Eigen::Vector3d> things;
   for (int i = 0; i < 60; ++i) things.emplace_back(place(random), place(random), is_3d ? 1 : 0);
   std::vector<PlacedDetections> out;
-  for (double time = 0; time < seconds; time += 1) {
+  for (double time = 0; time < seconds; time += period) {
     PlacedDetections frame;
     frame.time = 1.7e9 + time;
     frame.is_3d = is_3d;
@@ -115,6 +115,40 @@ TEST(AgreementOverTime, InSpaceIsOneForTheRightPathAndLessForAWrongOne) {
   const Agreement right = agreement_of_detections(detections(2 * kLap, none, 1, true));
   EXPECT_NEAR(right.ratio, 1, 3 * right.sigma + 0.02);
   EXPECT_LT(agreement_of_detections(detections(2 * kLap, in_second_lap(1), 1, true)).ratio, 0.7);
+}
+
+/// Detections without their ranges, four times a second.
+std::vector<PlacedDetections> directions(const Error& error, unsigned seed, bool is_3d) {
+  std::vector<PlacedDetections> out = detections(3 * kLap, error, seed, is_3d, 0.25);
+  for (PlacedDetections& frame : out) {
+    frame.has_range = false;
+    for (MeasuredPoint& seen : frame.seen) {
+      seen.z[0] = 0;
+      seen.covariance(0, 0) = 0;
+    }
+  }
+  return out;
+}
+
+TEST(AgreementOverTime, OfDirectionsIsOneForTheRightPathAndLessForAWrongOne) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const bool is_3d : {false, true}) {
+      const Agreement right = agreement_of_detections(directions(none, seed, is_3d));
+      EXPECT_NEAR(right.ratio, 1, 3 * right.sigma + 0.02) << seed << is_3d;
+      EXPECT_LT(right.sigma, 0.1) << seed << is_3d;
+      EXPECT_GT(right.judged, 0.5) << seed << is_3d;
+      const Agreement wrong = agreement_of_detections(directions(in_second_lap(2), seed, is_3d));
+      EXPECT_LT(wrong.ratio + wrong.sigma, 0.9) << seed << is_3d;
+    }
+  }
+}
+
+TEST(AgreementOverTime, OfDirectionsIsThatOfTheLogWhereEachComesTwice) {
+  std::vector<PlacedDetections> frames = directions(none, 1, false);
+  const Agreement once = agreement_of_detections(frames);
+  const std::size_t count = frames.size();
+  for (std::size_t i = 0; i < count; ++i) frames.push_back(frames[i]);
+  EXPECT_NEAR(agreement_of_detections(frames).ratio, once.ratio, 0.05);
 }
 
 TEST(AgreementOverTime, IsNotJudgedWhereNothingIsSeenAgain) {

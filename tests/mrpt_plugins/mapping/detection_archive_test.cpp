@@ -43,16 +43,18 @@ struct Driven {
   Trajectory path;
 };
 
-TEST(DetectionArchive, LaysOutWhatHasRangesAndMayStandStill) {
+TEST(DetectionArchive, LaysOutWhatMayStandStill) {
   const Driven driven(3);
   DetectionArchive archive;
   for (std::size_t i = 0; i < 3; ++i) archive.add(i, detecting_keyframe(double(i)));
   const std::vector<PlacedDetections> placed = archive.placed(driven.mapper, driven.path);
-  ASSERT_EQ(placed.size(), 3U);
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(placed[i].time, double(i));
+  ASSERT_EQ(placed.size(), 6U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto keyframe = double(i / 2);
+    EXPECT_EQ(placed[i].time, keyframe);
+    EXPECT_EQ(placed[i].has_range, i % 2 == 0);
     EXPECT_EQ(placed[i].seen.size(), 1U);
-    EXPECT_NEAR(placed[i].T_map_sensor.translation().x(), double(i) + 0.5, 1e-9);
+    EXPECT_NEAR(placed[i].T_map_sensor.translation().x(), keyframe + 0.5, 1e-9);
   }
 }
 

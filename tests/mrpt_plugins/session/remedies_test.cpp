@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace hybrid {
 namespace {
 
@@ -183,6 +185,46 @@ TEST(Sparser, IsForDetectionsWhoseIntervalNobodyChose) {
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
   summary.statistics.clear();  // of scans
   EXPECT_TRUE(sparser({}, summary).empty());
+}
+
+TEST(FollowingLonger, IsForDirectionsWhoseMemoryNobodyChose) {
+  Summary summary;
+  summary.statistics = {{"detection_sigma_m", 0.1}, {"directions", 100}};
+  const auto configure = [&](const char* memory) {
+    summary.provenance.configuration = {
+        {"BearingRangeAssociation", {{"memory", memory}, {"range_sigma", "0.3"}}},
+        {"keyframes", {{"min_time", "0"}}}};
+  };
+  configure("2");
+  const std::vector<ReplayRequest> longer = following_longer({}, summary);
+  ASSERT_EQ(longer.size(), 2U);
+  EXPECT_EQ(longer[0].settings, (std::vector<std::string>{"BearingRangeAssociation.memory=20"}));
+  EXPECT_EQ(longer[1].settings.size(), 2U);
+  EXPECT_TRUE(sparser({}, summary).empty());
+  configure("5");
+  EXPECT_TRUE(following_longer({}, summary).empty());
+  configure("2");
+  summary.statistics.erase("directions");
+  EXPECT_TRUE(following_longer({}, summary).empty());
+}
+
+HealthEntry of_agreement(double value) {
+  HealthEntry entry;
+  entry.name = "agreement over time";
+  entry.value = value;
+  entry.verdict = value < 0.9 ? HealthVerdict::kBad : HealthVerdict::kGood;
+  return entry;
+}
+
+TEST(AgreesBetter, OfBadMapsTheOneWithTheLargerShare) {
+  EXPECT_TRUE(agrees_better({of_agreement(0.6)}, {of_agreement(0.3)}));
+  EXPECT_FALSE(agrees_better({of_agreement(0.3)}, {of_agreement(0.6)}));
+  EXPECT_FALSE(agrees_better({of_agreement(0.61)}, {of_agreement(0.6)}));  // within its sigma
+  EXPECT_TRUE(agrees_better({of_agreement(1)}, {of_agreement(0.8)}));
+  HealthEntry unjudged = of_agreement(std::numeric_limits<double>::quiet_NaN());
+  unjudged.verdict = HealthVerdict::kNotJudged;
+  EXPECT_TRUE(agrees_better({of_agreement(0.3)}, {unjudged}));
+  EXPECT_FALSE(agrees_better({unjudged}, {of_agreement(0.3)}));
 }
 
 }  // namespace
