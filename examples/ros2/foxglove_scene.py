@@ -65,6 +65,7 @@ class Scene:
         self.frame, self.path, self.classes = frame, [], []
 
     def time(self, seconds):
+        seconds = max(0.0, seconds)
         whole = math.floor(seconds)
         return {"sec": whole, "nsec": min(round((seconds - whole) * 1e9), 999_999_999)}
 

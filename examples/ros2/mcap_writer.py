@@ -14,8 +14,13 @@ def text(value):
     return struct.pack("<I", len(data)) + data
 
 
+def nanoseconds(seconds):
+    """The time of a message, of which none is before 0."""
+    return max(0, round(seconds * 1e9))
+
+
 class McapWriter:
-    """One topic of one schema in a file that is open for writing bytes."""
+    """One topic of one schema in a file that is open for writing bytes; the file is whole where `with` ends, however it ends."""
 
     def __init__(self, file, topic, schema_name, schema):
         self.file, self.count = file, 0
@@ -28,12 +33,16 @@ class McapWriter:
         self.file.write(struct.pack("<BQ", code, len(content)) + content)
 
     def write(self, seconds, message):
-        time = round(seconds * 1e9)
-        self.record(MESSAGE, struct.pack("<HIQQ", 1, self.count, time, time) + json.dumps(message).encode())
+        time = nanoseconds(seconds)
+        content = json.dumps(message, allow_nan=False).encode()
+        self.record(MESSAGE, struct.pack("<HIQQ", 1, self.count, time, time) + content)
+        self.file.flush()
         self.count += 1
 
-    def close(self):
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
         self.record(DATA_END, struct.pack("<I", 0))
         self.record(FOOTER, struct.pack("<QQI", 0, 0, 0))
         self.file.write(MAGIC)
-        self.file.flush()

@@ -14,7 +14,7 @@ import struct
 import sys
 
 from foxglove_scene import NAME, SCHEMA, TOPIC, Scene
-from mcap_writer import McapWriter
+from mcap_writer import McapWriter, nanoseconds
 
 PROTOCOL = "foxglove.websocket.v1"
 
@@ -30,7 +30,7 @@ async def serve(port, scene):
             async with news:
                 await news.wait_for(lambda: len(past) > sent)
             for seconds, update in past[sent:]:
-                await socket.send(struct.pack("<BIQ", 1, number, round(seconds * 1e9)) + json.dumps(update).encode())
+                await socket.send(struct.pack("<BIQ", 1, number, nanoseconds(seconds)) + json.dumps(update).encode())
                 sent += 1
 
     async def meet(socket, *_):
@@ -71,17 +71,18 @@ def main():
     try:
         if not options.output:
             asyncio.run(serve(options.port, Scene()))
-        with open(options.output, "wb") as file:
-            writer, scene = McapWriter(file, TOPIC, NAME, SCHEMA), Scene()
+        with open(options.output, "wb") as file, McapWriter(file, TOPIC, NAME, SCHEMA) as writer:
+            scene = Scene()
             for line in sys.stdin:
                 writer.write(*scene.of_line(line))
-            writer.close()
         print(f"wrote {options.output}: {writer.count} steps")
     except KeyboardInterrupt:
         pass
     except ImportError:
         sys.exit("error: serving needs python3-websockets; -o FILE.mcap writes a file instead")
-    except (OSError, ValueError, KeyError) as error:
+    except OSError as error:
+        sys.exit(f"error: cannot {f'write {options.output}' if options.output else 'serve'}: {error.strerror}")
+    except (ValueError, LookupError, TypeError, OverflowError) as error:
         sys.exit(f"error: {error}: standard input is what hybrid-replay --stream writes")
 
 

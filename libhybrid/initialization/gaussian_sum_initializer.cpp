@@ -17,8 +17,7 @@ constexpr int kMaxSteps = 30;
 constexpr double kSmallStep = 1e-5;  // m
 constexpr double kSamePlace = 0.3;   // of max_sigma: nearer than this, places are one
 constexpr double kForgotten = 1e-8;  // probability below which a place is given up
-/// Before any measurement a landmark may be anywhere within some kilometres.
-constexpr double kPriorInformation = 1e-6;  // 1 / m^2
+constexpr double kPriorInformation = 1 / (kAnywhere * kAnywhere);
 
 /// Sum of the normal equations of the measurements at a point, and the cost.
 struct Equations {

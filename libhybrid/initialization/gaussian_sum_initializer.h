@@ -14,6 +14,10 @@
 
 namespace HYBRID_API hybrid {
 
+/// Before any measurement a landmark may be anywhere within some kilometres: the sigma of its place
+/// [m].
+inline constexpr double kAnywhere = 1000;
+
 /// When a landmark that no single measurement places is taken into the map.
 struct BankOptions {
   double dominance = 0.999;  ///< Least probability of the best place.

@@ -15,8 +15,8 @@ constexpr int kDirections2 = 24, kDirections3 = 96;
 
 }  // namespace
 
-void PlacedLandmarks::place(PlacedLandmark landmark, std::optional<std::size_t> class_prior) {
-  change_.placed.emplace_back(std::move(landmark), class_prior);
+void PlacedLandmarks::place(PlacedLandmark landmark, const Priors& priors) {
+  change_.placed.emplace_back(std::move(landmark), priors);
 }
 
 void PlacedLandmarks::measure(std::int64_t id, const Measurement& measurement, Key choice,
@@ -25,8 +25,10 @@ void PlacedLandmarks::measure(std::int64_t id, const Measurement& measurement, K
 }
 
 void PlacedLandmarks::applied(const AddedHandles& handles) {
-  for (const auto& [landmark, class_prior] : change_.placed) {
-    if (class_prior) placed_[landmark.id].class_prior = handles.discrete[*class_prior];
+  for (const auto& [landmark, priors] : change_.placed) {
+    std::vector<Handle>& own = placed_[landmark.id].priors;
+    if (priors.of_class) own.push_back(handles.discrete[*priors.of_class]);
+    if (priors.of_position) own.push_back(handles.continuous[*priors.of_position]);
   }
   for (Change::Measured& measured : change_.measured) {
     measured.taken.factor = handles.hybrid[measured.factor];
@@ -37,7 +39,7 @@ void PlacedLandmarks::applied(const AddedHandles& handles) {
 }
 
 void PlacedLandmarks::refused() {
-  for (auto& [landmark, class_prior] : change_.placed) {
+  for (auto& [landmark, priors] : change_.placed) {
     restarts_[landmark.id] = std::move(landmark.measurements);
   }
   for (auto& [id, landmark] : change_.taken_out) {
@@ -60,8 +62,9 @@ bool PlacedLandmarks::is_doubtful(const Placed& landmark, const Assignment& assi
   return 2 * static_cast<std::size_t>(wrong) > count;
 }
 
-/// Whether another place surely explains the latest measurements better than `point`. Places in all
-/// directions from the newest pose, at half, once and twice the distance, are tried.
+/// Whether other places surely explain the latest measurements better than `point`, even if it is
+/// open which: a thing far ahead has no place any more once the robot has passed the wrong one.
+/// Places in all directions from the newest pose, at half, once and twice the distance, are tried.
 bool PlacedLandmarks::is_elsewhere(const Eigen::VectorXd& point, const Placed& landmark,
                                    const MapView& map, const BankOptions& options) {
   const auto pose = [&](Key key) { return map.values.data(key); };
@@ -78,8 +81,13 @@ bool PlacedLandmarks::is_elsewhere(const Eigen::VectorXd& point, const Placed& l
     bank.add(it->measurement, options);
   }
   bank.refine(pose, options);
-  const std::optional<Eigen::VectorXd> place = bank.decided(options);
-  return place && (*place - point).norm() > options.max_sigma * bank.places().front().distance;
+  double elsewhere = 0;
+  for (const GaussianSumInitializer::Place& place : bank.places()) {
+    const double off = (place.point - point).norm();
+    if (off > options.max_sigma * place.distance) elsewhere += place.probability;
+  }
+  return elsewhere >= options.dominance &&
+         2 * bank.places().front().explained > static_cast<double>(count);
 }
 
 /// Other places are tried each time that there are a tenth more measurements: while something
@@ -119,7 +127,8 @@ Contribution PlacedLandmarks::take_out(const MapView& map, const BankOptions& op
       out.delta.remove.push_back(taken.factor);
       measurements.push_back(taken.measurement);
     }
-    if (it->second.class_prior) out.delta.remove.push_back(*it->second.class_prior);
+    const std::vector<Handle>& priors = it->second.priors;
+    out.delta.remove.insert(out.delta.remove.end(), priors.begin(), priors.end());
     out.delta.remove_values.push_back(position_key(id));
     out.forgotten.push_back(id);
     change_.taken_out[id] = std::move(it->second);

@@ -28,9 +28,13 @@ class PlacedLandmarks {
 
   /// A new contribution begins; the one before was applied or refused.
   void begin() { change_ = {}; }
-  /// The contribution places a landmark. `class_prior` is the place of its class prior among the
-  /// discrete factors of the contribution.
-  void place(PlacedLandmark landmark, std::optional<std::size_t> class_prior = std::nullopt);
+  /// Priors of a landmark, by their place among the discrete and the continuous factors of a
+  /// contribution.
+  struct Priors {
+    std::optional<std::size_t> of_class, of_position;
+  };
+  /// The contribution places a landmark.
+  void place(PlacedLandmark landmark, const Priors& priors = {});
   /// The contribution has a measurement, `factor` among its hybrid factors.
   void measure(std::int64_t id, const Measurement& measurement, Key choice, std::size_t factor);
 
@@ -56,12 +60,12 @@ class PlacedLandmarks {
   };
   struct Placed {
     std::vector<Taken> measurements;
-    std::optional<Handle> class_prior;
+    std::vector<Handle> priors;
     std::size_t asked = 0;  // how many measurements there were when other places were tried
   };
   /// What the last contribution changes, until it is applied or refused.
   struct Change {
-    std::vector<std::pair<PlacedLandmark, std::optional<std::size_t>>> placed;
+    std::vector<std::pair<PlacedLandmark, Priors>> placed;
     struct Measured {
       std::int64_t id = 0;
       Taken taken;

@@ -38,7 +38,7 @@ struct SearchMode {
 /// The poses in the window at which the points agree best with the field, best first, one for each
 /// mode, by branch and bound over squares of translations. Each is a cell of the field and a step
 /// of the angle away from the true maximum at most. If the budget does not suffice, the modes found
-/// so far.
+/// so far; of more than `max_modes`, the best. Nothing tells of those that are left out.
 std::vector<SearchMode> search_poses(const std::vector<Eigen::Vector2d>& points,
                                      const LikelihoodField& field, const SearchWindow& window,
                                      const SearchOptions& options = {});

@@ -67,15 +67,15 @@ void AlignmentCost::limit(double comparisons) {
   stride_ = static_cast<std::size_t>(std::ceil(std::max(1.0, sum / comparisons)));
 }
 
-std::array<std::vector<double>, kTenths> AlignmentCost::distances(
+std::array<std::vector<double>, kAlignmentParts> AlignmentCost::distances(
     const AlignmentChange& change) const {
-  std::array<std::vector<double>, kTenths> out;
+  std::array<std::vector<double>, kAlignmentParts> out;
   for (std::size_t k = 0; k < pairs_.size(); k += stride_) {
     const AlignedFrame &a = frames_[pairs_[k].first], &b = frames_[pairs_[k].second];
     const SE3 T_b_a = motion_of(a, b, change);
     for (const AlignedSighting& s : a.seen) {
       const auto [t, distance] = nearest_to(s, b, T_b_a, change.mirrored);
-      if (t != nullptr) out[k * kTenths / pairs_.size()].push_back(distance);
+      if (t != nullptr) out[k * kAlignmentParts / pairs_.size()].push_back(distance);
     }
   }
   return out;
@@ -84,7 +84,7 @@ std::array<std::vector<double>, kTenths> AlignmentCost::distances(
 PartCosts AlignmentCost::costs(const AlignmentChange& change, double scale) const {
   PartCosts out = PartCosts::Zero();
   const auto all = distances(change);
-  for (std::size_t part = 0; part < kTenths; ++part) {
+  for (std::size_t part = 0; part < kAlignmentParts; ++part) {
     for (const double d : all[part]) out[static_cast<Eigen::Index>(part)] += std::log1p(d / scale);
   }
   return out;
@@ -109,9 +109,9 @@ std::vector<double> AlignmentCost::costs_by_stretch(const AlignmentChange& chang
   return out;
 }
 
-std::array<AlignmentSystem, kTenths> AlignmentCost::linearize(const AlignmentChange& change,
-                                                              double scale) const {
-  std::array<AlignmentSystem, kTenths> out;
+std::array<AlignmentSystem, kAlignmentParts> AlignmentCost::linearize(const AlignmentChange& change,
+                                                                      double scale) const {
+  std::array<AlignmentSystem, kAlignmentParts> out;
   AlignmentChange yaw = change, drift = change, earlier = change, later = change;
   yaw.yaw += kNudge;
   drift.drift += kNudge;
@@ -122,14 +122,15 @@ std::array<AlignmentSystem, kTenths> AlignmentCost::linearize(const AlignmentCha
     const SE3 T_b_a = motion_of(a, b, change);
     const SE3 T_yaw = motion_of(a, b, yaw), T_drift = motion_of(a, b, drift);
     const SE3 T_earlier = motion_of(a, b, earlier), T_later = motion_of(a, b, later);
-    AlignmentSystem& part = out[k * kTenths / pairs_.size()];
+    AlignmentSystem& part = out[k * kAlignmentParts / pairs_.size()];
     for (const AlignedSighting& s : a.seen) {
       const std::pair<const AlignedSighting*, double> nearest =
           nearest_to(s, b, T_b_a, change.mirrored);
       const AlignedSighting* t = nearest.first;
       if (t == nullptr) continue;
+      const double far = 1 + nearest.second / scale;
       const Eigen::Vector3d weights =
-          ((s.variance + t->variance) * (scale + nearest.second)).cwiseInverse();
+          (scale * far * far * (s.variance + t->variance)).cwiseInverse();
       const Eigen::Vector3d e = innovation(s, *t, T_b_a, change.mirrored);
       const auto derivative = [&](const SE3& T_1, const Eigen::Vector3d& e_0, double step) {
         Eigen::Vector3d d = innovation(s, *t, T_1, change.mirrored) - e_0;
@@ -143,7 +144,7 @@ std::array<AlignmentSystem, kTenths> AlignmentCost::linearize(const AlignmentCha
       const Eigen::Matrix3d H = J.transpose() * weights.asDiagonal() * J;
       const Eigen::Vector3d g = J.transpose() * weights.asDiagonal() * e;
       part.H += H;
-      part.true_H += H - 2 * g * g.transpose();  // the weights fall
+      part.true_H += H - 4 * far * g * g.transpose();  // the weights fall
       part.g += g;
     }
   }

@@ -25,6 +25,7 @@ constexpr double kYawStep = M_PI / 90;  // rad, the most in one refinement
 constexpr double kDelayStep = 0.1;      // s, the same
 constexpr int kRefinements = 15;
 constexpr double kFewestStretches = 5;
+constexpr std::size_t kFewestFramePairs = 50, kFewestUsed = 10;  // pairs of frames
 constexpr double kLeastDeterminant = 1e-6;  // of correlations, to be told apart
 constexpr double kLeastShift = 0.05;        // m, of motion between frames that tells of mountings
 constexpr double kLeastTurn = 0.02;         // rad, that tells of signs
@@ -105,11 +106,11 @@ struct Refined {
 
 /// Standard deviations of yaw, delay and drift at the least of the cost, by the jackknife; infinite
 /// where a part of the log is needed to tell.
-Eigen::Vector3d jackknife_spread(const std::array<AlignmentSystem, kTenths>& parts,
+Eigen::Vector3d jackknife_spread(const std::array<AlignmentSystem, kAlignmentParts>& parts,
                                  const AlignmentSystem& all, Eigen::Matrix3d AlignmentSystem::*H,
                                  bool yaw, bool delay) {
-  Eigen::Matrix<double, kTenths, 3> without;
-  for (std::size_t part = 0; part < kTenths; ++part) {
+  Eigen::Matrix<double, kAlignmentParts, 3> without;
+  for (std::size_t part = 0; part < kAlignmentParts; ++part) {
     AlignmentSystem rest = all;
     rest.add(parts[part], -1);
     const auto y = step_of(rest.*H, rest.g, yaw, delay);
@@ -117,7 +118,7 @@ Eigen::Vector3d jackknife_spread(const std::array<AlignmentSystem, kTenths>& par
     without.row(static_cast<Eigen::Index>(part)) = y->transpose();
   }
   const Eigen::RowVector3d mean = without.colwise().mean();
-  return ((kTenths - 1) * (without.rowwise() - mean).array().square().colwise().mean())
+  return ((kAlignmentParts - 1) * (without.rowwise() - mean).array().square().colwise().mean())
       .sqrt()
       .transpose();
 }
@@ -127,7 +128,7 @@ Refined refine(const AlignmentCost& cost, double scale, const AlignmentChange& s
                bool delay) {
   Refined out{start};
   for (int round = 0; round < kRefinements; ++round) {
-    const std::array<AlignmentSystem, kTenths> parts = cost.linearize(out.change, scale);
+    const std::array<AlignmentSystem, kAlignmentParts> parts = cost.linearize(out.change, scale);
     AlignmentSystem all;
     for (const AlignmentSystem& part : parts) all.add(part, 1);
     const auto x = step_of(all.H, all.g, yaw, delay);
@@ -241,13 +242,13 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
                                           const std::vector<TimedSightings>& sightings) {
   SensorAlignment out;
   AlignmentCost cost(odometry, sightings, kLongestDelay);
-  if (odometry.empty() || cost.pairs() < 5 * kTenths) {
+  if (odometry.empty() || cost.pairs() < kFewestFramePairs) {
     out.unknown = "sign, mounting and delay: too few frames with detections";
     return out;
   }
   const auto [shift, turn] = cost.motion();
   cost.limit(kCoarseComparisons);
-  if (cost.used() < kTenths) {
+  if (cost.used() < kFewestUsed) {
     out.unknown = "sign, mounting and delay: too many detections in each frame";
     return out;
   }

@@ -13,7 +13,7 @@ namespace HYBRID_API hybrid {
 /// How a sensor stands, and its clock, as far as the motion of the robot tells: what it saw agrees
 /// best from one frame to another if its bearings have the other sign (or not), it is turned by
 /// `yaw` about its vertical axis, and it is `delay` behind the odometry. Standard deviations are
-/// those of a jackknife over ten parts of the log, infinite where nothing depends on the number.
+/// those of a jackknife over 30 parts of the log, infinite where nothing depends on the number.
 struct SensorAlignment {
   bool mirrored = false;     ///< bearings fit with the other sign
   double mirror_sigmas = 0;  ///< by how many standard deviations one sign fits better
@@ -26,7 +26,8 @@ struct SensorAlignment {
 };
 
 /// Measures how a sensor stands by pairs of frames up to a second apart, each sighting with the
-/// nearest one of the other frame: robust (Cauchy) and without identities.
+/// nearest one of the other frame: robust (Cauchy to search, Geman-McClure in the end) and without
+/// identities.
 /// Signs and yaws of all the circle are tried, and delays up to 1 s either way. Both in the order
 /// of time; motion is steady between two poses of `odometry`.
 SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odometry,

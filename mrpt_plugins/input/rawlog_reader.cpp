@@ -175,7 +175,7 @@ void RawlogReader::take_in_order(const LoggedObservation& observation) {
   }
   if (dynamic_cast<const CObservationRobotPose*>(observation.content.get()) != nullptr) return;
   const double time = time_of(observation.time);
-  if (time < last_time_) {
+  if (started_ && time < last_time_) {
     ++warnings_["observation dropped: time goes backwards"];
     return;
   }
@@ -341,7 +341,7 @@ double RawlogReader::time_of(mrpt::system::TTimeStamp stamp) {
 }
 
 double RawlogReader::advance_to(double time) {
-  if (time < last_time_) {
+  if (started_ && time < last_time_) {
     ++warnings_["timestamp repaired: it went backwards, that of the frame before taken"];
     return last_time_;
   }

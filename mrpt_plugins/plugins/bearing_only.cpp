@@ -11,6 +11,7 @@
 #include "libhybrid/association/association_factor.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/detections/sighting.h"
+#include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -20,6 +21,21 @@
 HYBRID_REGISTER_PLUGIN(BearingOnlyKnownIds, hybrid)
 
 namespace hybrid {
+namespace {
+
+ContinuousFactorPtr prior_of_position(const PlacedLandmark& landmark) {
+  const Key key = position_key(landmark.id);
+  const Eigen::VectorXd& at = landmark.point;
+  if (at.size() == 3) {
+    return std::make_shared<Prior<Eigen::Vector3d>>(key, Eigen::Vector3d(at),
+                                                    Noise::isotropic(3, kAnywhere));
+  }
+  return std::make_shared<Prior<Eigen::Vector2d>>(key, Eigen::Vector2d(at),
+                                                  Noise::isotropic(2, kAnywhere));
+}
+
+}  // namespace
+
 void BearingOnlyKnownIds::configure(IniSection section) {
   sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
   least_depth_ =
@@ -144,14 +160,17 @@ void BearingOnlyKnownIds::place(const PlacedLandmark& landmark, const MapView& m
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   point.head(landmark.point.size()) = landmark.point;
   insert_point(out.delta.values, position_key(landmark.id), point, map.is_3d);
-  std::optional<std::size_t> class_prior;
+  PlacedLandmarks::Priors priors;
   Landmark entry{landmark.id, position_key(landmark.id), std::nullopt, 0};
   if (!classes_.names().empty()) {
     entry.class_key = class_key(landmark.id);
     out.delta.discrete.push_back(prior_table(*entry.class_key, classes_.prior()));
-    class_prior = out.delta.discrete.size() - 1;
+    priors.of_class = out.delta.discrete.size() - 1;
   }
-  placed_.place(landmark, class_prior);
+  // Directions that agree with any distance, as of what the robot drives at, leave it there.
+  out.delta.continuous.push_back(prior_of_position(landmark));
+  priors.of_position = out.delta.continuous.size() - 1;
+  placed_.place(landmark, priors);
   out.landmarks.push_back(entry);
   for (const auto& measurement : landmark.measurements) {
     add_sighting(landmark.id, measurement, out);

@@ -9,10 +9,14 @@ scripts/packages.txt provide stays outside: the wheel is for the machine that bu
 Settings (pip install . --config-settings NAME=VALUE):
   build-dir  a folder for CMake, which may have been built before; default build/wheel
   jobs       how many compilers at once; default: as CMake chooses
+The same sources and build give the same bytes. What is wrong is told in one line.
 """
 
 import base64
+import functools
+import gzip
 import hashlib
+import io
 import os
 import pathlib
 import re
@@ -26,6 +30,31 @@ import zipfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NAME = "hybrid_mapping"
 PACKAGE_FILES = ("*.py", "*.pyi", "py.typed")
+SETTINGS = ("build-dir", "jobs")
+
+
+def told(hook):
+    """A hook of which what is wrong is told in a line, without a trace of calls."""
+    @functools.wraps(hook)
+    def with_words(*arguments, **named):
+        try:
+            return hook(*arguments, **named)
+        except subprocess.CalledProcessError as error:
+            problem = f"'{' '.join(map(str, error.cmd))}' failed, with exit code {error.returncode}"
+        except OSError as error:
+            what = f"{error.filename} is not there" if isinstance(error, FileNotFoundError) else f"{error.filename}: {error.strerror}"
+            problem = f"{what}; cmake, ninja, git and the packages of scripts/packages.txt are needed, and folders to write to"
+        except RuntimeError as error:
+            problem = str(error)
+        raise SystemExit(f"error: {problem}")
+    return with_words
+
+
+def checked(settings):
+    for name in settings or {}:
+        if name not in SETTINGS:
+            raise RuntimeError(f"there is no setting '{name}': --config-settings takes {' and '.join(SETTINGS)}")
+    return settings or {}
 
 
 def version():
@@ -115,19 +144,21 @@ def write_wheel(path, found):
             entry = zipfile.ZipInfo(name, (2026, 1, 1, 0, 0, 0))
             entry.external_attr = (0o100000 | mode) << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
-            wheel.writestr(entry, data)
             records.append(f"{name},{digest(data)},{len(data)}")
+            wheel.writestr(entry, data)
 
         for name, file in sorted(found.items()):
             add(name, file.read_bytes(), 0o755 if os.access(file, os.X_OK) else 0o644)
         for name, text in information().items():
             add(f"{info}/{name}", text.encode(), 0o644)
         add(f"{info}/licenses/LICENSE", (ROOT / "LICENSE").read_bytes(), 0o644)
-        wheel.writestr(f"{info}/RECORD", "\n".join([*records, f"{info}/RECORD,,"]) + "\n")
+        add(f"{info}/RECORD", ("\n".join([*records, f"{info}/RECORD,,"]) + "\n").encode(), 0o644)
 
 
-def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):  # pylint: disable=unused-argument
+@told
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     """Tells what the wheel will be, without which pip builds all to know, and once more to install it."""
+    checked(config_settings)
     info = pathlib.Path(metadata_directory) / f"{NAME}-{version()}.dist-info"
     info.mkdir()
     for name, text in information().items():
@@ -135,23 +166,40 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None): 
     return info.name
 
 
+@told
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):  # pylint: disable=unused-argument
     name = f"{NAME}-{version()}-{tag()}.whl"
     with tempfile.TemporaryDirectory() as stage:
-        build_and_stage(config_settings or {}, pathlib.Path(stage))
+        build_and_stage(checked(config_settings), pathlib.Path(stage))
         write_wheel(pathlib.Path(wheel_directory) / name, contents(pathlib.Path(stage)))
     return name
 
 
-def build_sdist(sdist_directory, config_settings=None):  # pylint: disable=unused-argument
+@told
+def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
+    raise RuntimeError("there are no editable installs: build the target hybrid_python and set PYTHONPATH to build/release/python")
+
+
+def anyone(entry):
+    """A file of the archive, of no user and no time."""
+    entry.mtime, entry.uid, entry.gid, entry.uname, entry.gname = 1767225600, 0, 0, "", ""  # 2026
+    entry.mode = 0o755 if entry.mode & 0o100 else 0o644
+    return entry
+
+
+@told
+def build_sdist(sdist_directory, config_settings=None):
     """The files under version control."""
+    checked(config_settings)
     folder = f"{NAME}-{version()}"
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True).stdout.decode()
-    with tarfile.open(pathlib.Path(sdist_directory) / f"{folder}.tar.gz", "w:gz") as archive:
-        for name in filter(None, listed.split("\0")):
-            archive.add(ROOT / name, f"{folder}/{name}")
-        with tempfile.NamedTemporaryFile("w") as info:
-            info.write(metadata())
-            info.flush()
-            archive.add(info.name, f"{folder}/PKG-INFO")
-    return f"{folder}.tar.gz"
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=False, capture_output=True).stdout.decode().split("\0")
+    if "CMakeLists.txt" not in listed:
+        raise RuntimeError(f"{ROOT} is no clone: git tells which files belong to an sdist")
+    path = pathlib.Path(sdist_directory) / f"{folder}.tar.gz"
+    with gzip.GzipFile(path, "wb", mtime=0) as packed, tarfile.open(fileobj=packed, mode="w") as archive:
+        for name in filter(None, listed):
+            archive.add(ROOT / name, f"{folder}/{name}", filter=anyone)
+        info = tarfile.TarInfo(f"{folder}/PKG-INFO")
+        info.size = len(metadata().encode())
+        archive.addfile(anyone(info), io.BytesIO(metadata().encode()))
+    return path.name

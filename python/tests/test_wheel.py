@@ -10,6 +10,8 @@ import pathlib
 import stat
 import subprocess
 import sys
+import tarfile
+import time
 import zipfile
 
 import pytest
@@ -82,3 +84,52 @@ def test_the_version_is_that_of_the_package(backend):
     import hybrid
 
     assert backend.version() == hybrid.__version__
+
+
+def test_the_same_build_gives_the_same_bytes(backend, tmp_path):
+    wheels, archives = [], []
+    for folder in (tmp_path / "a", tmp_path / "b"):
+        folder.mkdir()
+        wheels.append((folder / backend.build_wheel(folder, {"build-dir": str(BUILD)})).read_bytes())
+        archives.append((folder / backend.build_sdist(folder)).read_bytes())
+        time.sleep(2)  # a zip file has times in steps of 2 s
+    assert wheels[0] == wheels[1]
+    assert archives[0] == archives[1]
+
+
+def test_a_source_archive_has_what_is_under_version_control(backend, source, tmp_path):
+    name = backend.build_sdist(tmp_path)
+    folder = name.removesuffix(".tar.gz")
+    assert folder == f"hybrid_mapping-{backend.version()}"
+    with tarfile.open(tmp_path / name) as archive:
+        members = {member.name: member for member in archive.getmembers()}
+        assert archive.extractfile(f"{folder}/PKG-INFO").read().decode() == backend.metadata()
+    listed = subprocess.run(["git", "ls-files"], cwd=source, check=True, capture_output=True, text=True).stdout.split("\n")
+    assert len(members) == len(listed)
+    assert members[f"{folder}/scripts/test"].mode == 0o755 and members[f"{folder}/LICENSE"].mode == 0o644
+
+
+def test_mistakes_are_told_in_a_line(backend, tmp_path, monkeypatch):
+    def told(hook, *arguments):
+        with pytest.raises(SystemExit) as ended:
+            hook(*arguments)
+        assert str(ended.value).startswith("error: ") and "\n" not in str(ended.value)
+        return str(ended.value)
+
+    for hook in (backend.build_wheel, backend.build_sdist, backend.prepare_metadata_for_build_wheel):
+        assert "no setting 'job': --config-settings takes build-dir and jobs" in told(hook, tmp_path, {"job": "2"})
+    assert "set PYTHONPATH" in told(backend.build_editable, tmp_path)
+    (tmp_path / "file").touch()
+    assert f"{tmp_path}/file" in told(backend.build_sdist, tmp_path / "file")
+    assert f"{tmp_path}/none" in told(backend.build_sdist, tmp_path / "none")
+    with monkeypatch.context() as patch:
+        patch.setattr(backend, "run", lambda *command: subprocess.run(["false"], check=True))
+        assert "'false' failed, with exit code 1" in told(backend.build_wheel, tmp_path, {"build-dir": str(BUILD)})
+        patch.setenv("PATH", "/nonexistent")
+        assert "git is not there" in told(backend.build_sdist, tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setenv("PATH", "/nonexistent")
+        assert "cmake is not there" in told(backend.build_wheel, tmp_path, {"build-dir": str(tmp_path / "new")})
+    monkeypatch.setattr(backend, "ROOT", tmp_path)
+    (tmp_path / "CMakeLists.txt").write_text("project(hybrid VERSION 0.1")
+    assert f"{tmp_path} is no clone" in told(backend.build_sdist, tmp_path)

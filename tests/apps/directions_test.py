@@ -82,6 +82,36 @@ class Directions(Room):
         self.assertIn("Directions without ranges place only what the robot passes", told)
 
 
+    def straight_at_things(self, seed):
+        """The tables of a robot that drives straight at three things and past ten; the things."""
+        noise = random.Random(seed)
+        things = [(20 + 10 * k + noise.uniform(-1, 1), noise.gauss(0, 0.02)) for k in range(3)]
+        things += [(noise.uniform(0, 40), noise.choice((-1, 1)) * noise.uniform(3, 8)) for _ in range(10)]
+        x, y, yaw = 0.0, 0.0, 0.0  # by odometry
+        odometry, seen = ["time,x,y,yaw\n"], ["time,yaw,id\n"]
+        for k in range(200):
+            odometry.append(f"{0.25 * k},{x:.6f},{y:.6f},{yaw:.6f}\n")
+            for i, (px, py) in enumerate(things):
+                bearing = math.atan2(py, px - 0.12 * k)
+                if abs(bearing) < 1.6 and math.hypot(px - 0.12 * k, py) < 45 and noise.random() > 0.15:
+                    seen.append(f"{0.25 * k},{bearing + noise.gauss(0, 0.01):.6f},{i}\n")
+            dx, dy, turn = 0.12 + noise.gauss(0, 0.007), noise.gauss(0, 0.007), noise.gauss(0, 0.0014)
+            x, y, yaw = x + dx * math.cos(yaw) - dy * math.sin(yaw), y + dx * math.sin(yaw) + dy * math.cos(yaw), yaw + turn
+        (self.at / "odometry.csv").write_text("".join(odometry), encoding="utf-8")
+        (self.at / "seen.csv").write_text("".join(seen), encoding="utf-8")
+        return things
+
+    def test_things_straight_ahead_stay_within_the_world(self):
+        for seed in (7, 8):
+            things = self.straight_at_things(seed)
+            self.run_program("hybrid-import", "csv", "--odometry", "odometry.csv", "--detections", "seen.csv", "--sigma-bearing", 0.01,
+                             "--walk-translation", 0.02, "--walk-rotation", 0.004, "-o", "a.rawlog")
+            self.run_program("hybrid-replay", "a.rawlog", "--no-pictures", "-o", "out")
+            self.assertGreaterEqual(len(self.landmarks()), 10)
+            for landmark in self.landmarks():
+                self.assertLess(math.dist(landmark["position"][:2], things[landmark["id"]]), 10_000)
+
+
 class Boxes(Room):
     def setUp(self):
         super().setUp()

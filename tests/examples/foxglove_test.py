@@ -10,11 +10,14 @@ import asyncio
 import json
 import pathlib
 import shutil
+import signal
 import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+
+import strict_mcap
 
 ROOT = pathlib.Path(__file__).parents[2]
 SCRIPTS = ROOT / "examples/ros2"
@@ -22,7 +25,6 @@ sys.path.insert(0, str(SCRIPTS))
 BIN = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else None
 
 from foxglove_scene import SCHEMA, Scene  # noqa: E402
-from mcap_bag import Bytes, bag_records  # noqa: E402
 
 LINES = [
     {"keyframe": 0, "time": 0.0, "pose": [0, 0, 0], "landmarks": 1, "objective": 0, "cost": 0,
@@ -58,16 +60,10 @@ def strict(schema):
 
 def messages_in(path):
     """(time, message) of a file in MCAP, and the name of its schema."""
-    found, name = [], ""
-    for code, content in bag_records(path, lambda text: found.append((-1, text))):
-        record = Bytes(content)
-        if code == 3:
-            record.take(2)
-            name = record.text()
-        if code == 5:
-            record.take(6)
-            found.append((record.number("Q"), json.loads(bytes(record.data[22:]))))
-    return found, name
+    schemas, channels, messages = strict_mcap.read(path.read_bytes())
+    (topic, schema), = channels.values()
+    assert topic == "/hybrid/map" and len(schemas) == 1
+    return [(time, message) for _, time, message in messages], schemas[schema][0]
 
 
 class Foxglove(unittest.TestCase):
@@ -135,6 +131,47 @@ class Foxglove(unittest.TestCase):
         self.assertEqual(wrong.returncode, 1)
         self.assertIn("standard input is what hybrid-replay --stream writes", wrong.stderr)
 
+    def test_the_strict_reader_refuses_what_is_damaged(self):
+        self.run_script("stream_to_foxglove.py", "-o", self.at / "a.mcap", text=self.text)
+        data = (self.at / "a.mcap").read_bytes()
+        strict_mcap.read(data)
+        for at in (0, len(data) - 1, 9, data.index(b"jsonschema") - 4, len(data) - 8 - 20, len(data) - 8 - 29 - 4):
+            with self.assertRaises((AssertionError, UnicodeDecodeError)):
+                strict_mcap.read(data[:at] + bytes([data[at] ^ 5]) + data[at + 1:])
+        with self.assertRaises(AssertionError):
+            strict_mcap.read(data[:-9] + data[-8:])
+
+    def test_files_of_any_stream_are_whole(self):
+        tree = {**LINES[0]["changed"][0], "class": "Bäume \U0001f332"}
+        for lines in ([], [{**LINES[0], "time": -0.5}, LINES[1]], [{**LINES[0], "changed": [tree]}]):
+            text = "".join(json.dumps(line, ensure_ascii=False) + "\n" for line in lines)
+            ran = self.run_script("stream_to_foxglove.py", "-o", self.at / "a.mcap", text=text)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            found, _ = messages_in(self.at / "a.mcap")
+            self.assertEqual([time for time, _ in found], [max(0, round(line["time"] * 1e9)) for line in lines])
+        self.assertEqual(found[0][1]["entities"][2]["texts"][0]["text"], "3 Bäume \U0001f332")
+
+    def test_a_stream_that_is_none_leaves_the_steps_before_it(self):
+        for bad in ("12 keyframes", [1], {**LINES[1], "time": None}, {**LINES[1], "pose": [float("nan")] * 3}):
+            text = f"{json.dumps(LINES[0])}\n{json.dumps(bad)}\n"
+            ran = self.run_script("stream_to_foxglove.py", "-o", self.at / "a.mcap", text=text)
+            self.assertEqual((ran.returncode, len(ran.stderr.splitlines())), (1, 1), ran.stderr)
+            self.assertIn("standard input is what hybrid-replay --stream writes", ran.stderr)
+            self.assertEqual(len(messages_in(self.at / "a.mcap")[0]), 1)
+        ran = self.run_script("stream_to_foxglove.py", "-o", self.at / "none/a.mcap", text=self.text)
+        self.assertEqual((ran.returncode, ran.stderr), (1, f"error: cannot write {self.at}/none/a.mcap: No such file or directory\n"))
+
+    def test_a_stream_that_is_broken_off_leaves_a_whole_file(self):
+        with subprocess.Popen([sys.executable, "-B", SCRIPTS / "stream_to_foxglove.py", "-o", self.at / "a.mcap"], text=True,
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=1) as script:
+            script.stdin.write(self.text)
+            script.stdin.flush()
+            while not (self.at / "a.mcap").exists() or b'"nsec": 800000000' not in (self.at / "a.mcap").read_bytes():
+                self.assertIsNone(script.poll())
+            script.send_signal(signal.SIGINT)
+            self.assertEqual(script.wait(20), 0)
+        self.assertEqual(len(messages_in(self.at / "a.mcap")[0]), len(LINES))
+
     def test_a_viewer_gets_what_was_and_what_comes(self):
         try:
             import websockets
@@ -188,7 +225,6 @@ class Foxglove(unittest.TestCase):
                        check=True, capture_output=True)
         found, name = messages_in(self.at / "map/map.mcap")
         self.assertEqual(name, "foxglove.SceneUpdate")
-        self.check([message for _, message in found])
         return (found, json.loads((self.at / "map/landmarks.json").read_text())["landmarks"],
                 [row for row in (self.at / "map/trajectory_1.tum").read_text().splitlines() if not row.startswith("#")])
 
@@ -221,13 +257,12 @@ class Foxglove(unittest.TestCase):
                     trace = sum(landmark["covariance"][i][i] for i in range(len(landmark["covariance"])))
                     variances = [(ellipsoid["size"][axis] / 6) ** 2 for axis in "xyz"]
                     self.assertAlmostEqual(sum(variances), trace, delta=1e-2 * trace)
+                self.check([message for _, message in found])
 
     def test_the_schema_in_a_file_is_that_of_the_scripts(self):
         self.exported("classed_demo.rawlog")
-        (schema,) = [Bytes(content) for code, content in bag_records(self.at / "map/map.mcap", print) if code == 3]
-        schema.take(2)
-        self.assertEqual([schema.text(), schema.text()], ["foxglove.SceneUpdate", "jsonschema"])
-        self.assertEqual(json.loads(schema.text()), SCHEMA)
+        schemas, _, _ = strict_mcap.read((self.at / "map/map.mcap").read_bytes())
+        self.assertEqual(schemas, {1: ("foxglove.SceneUpdate", SCHEMA)})
 
 
 if __name__ == "__main__":

@@ -11,9 +11,11 @@
 
 namespace hybrid {
 
-inline constexpr Eigen::Index kTenths = 10;  // of the log, for the jackknife
+// Of the log, for the jackknife: so many that what a few of them tell, as turns do of a delay, has
+// a standard deviation too.
+inline constexpr Eigen::Index kAlignmentParts = 30;
 
-using PartCosts = Eigen::Array<double, kTenths, 1>;
+using PartCosts = Eigen::Array<double, kAlignmentParts, 1>;
 
 /// What is asked: a sign of bearings, a yaw of the mounting, a delay of the clock; and a slow turn
 /// of the odometry, which looks much like a yaw where all that is seen is far away.
@@ -66,16 +68,18 @@ class AlignmentCost {
   void limit(double comparisons);
 
   /// The squared distances of one change, by part of the log.
-  std::array<std::vector<double>, kTenths> distances(const AlignmentChange& change) const;
+  std::array<std::vector<double>, kAlignmentParts> distances(const AlignmentChange& change) const;
 
   PartCosts costs(const AlignmentChange& change, double scale) const;
 
   /// The costs by stretch of the log, each so long that what is odd in one frame is in no other.
   std::vector<double> costs_by_stretch(const AlignmentChange& change, double scale) const;
 
-  /// The normal equations by part of the log, with matches as they are and weights by the
-  /// distances.
-  std::array<AlignmentSystem, kTenths> linearize(const AlignmentChange& change, double scale) const;
+  /// The normal equations by part of the log, with matches as they are and weights by the distances
+  /// (Geman-McClure). Where a thing leaves the view, its match is wrong on one side only: by
+  /// Cauchy's loss these drew the yaw by more than it is uncertain.
+  std::array<AlignmentSystem, kAlignmentParts> linearize(const AlignmentChange& change,
+                                                         double scale) const;
 
   /// Sums over pairs of how far the robot moves and turns between their frames.
   std::pair<double, double> motion() const;

@@ -82,6 +82,24 @@ TEST(SearchPoses, ReportsBothModesOfASymmetricPlace) {
   EXPECT_NEAR(modes[1].pose.x(), -modes[2].pose.x(), 0.3);
 }
 
+TEST(SearchPoses, OfManyEquallyGoodPosesTheFirstAreKept) {
+  // A row of equal pillars twice as long as what is seen of it: seven places look alike.
+  std::vector<Eigen::Vector2d> row, seen;
+  for (int i = -7; i < 8; ++i) {
+    for (const double d : {0.0, 0.1, 0.2}) row.emplace_back(2.0 * i + d, 3.0);
+  }
+  for (const Eigen::Vector2d& p : row) {
+    if (std::abs(p.x()) < 5.0) seen.push_back(p);
+  }
+  SearchWindow window;
+  window.reach = {6.4, 0.4};
+  SearchOptions options;
+  const LikelihoodField field(row, 0.1, 0.12);
+  EXPECT_EQ(search_poses(seen, field, window, options).size(), 4U);
+  options.max_modes = 20;
+  EXPECT_EQ(search_poses(seen, field, window, options).size(), 7U);
+}
+
 TEST(SearchPoses, EndsWithinItsBudget) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(-8.0, 8.0);

@@ -330,6 +330,25 @@ TEST(RawlogReader, ObservationsWithoutOdometryAllComeOut) {
   EXPECT_EQ(steps, 600U);
 }
 
+TEST(RawlogReader, TimesMayBeginBeforeZero) {
+  const TemporaryFile log("negative.rawlog");
+  write_log(log.path(), {absolute_odometry(-9, {0, 0, 0}), observation(-8), observation(-7),
+                         absolute_odometry(-6, {3, 0, 0})});
+  RawlogReader sensed(log.path());
+  std::vector<double> times;
+  while (const auto step = sensed.next()) times.push_back(step->time);
+  EXPECT_EQ(times, (std::vector<double>{-8, -7}));
+  EXPECT_EQ(sensed.warnings(), DropReport{});
+
+  write_log(log.path(), {frame({observation(-5)}), motion_2d({1, 0, 0}, 0.1),
+                         frame({observation(-4)}), motion_2d({1, 0, 0}, 0.1)});
+  RawlogReader framed(log.path());
+  times.clear();
+  while (const auto step = framed.next()) times.push_back(step->time);
+  EXPECT_EQ(times, (std::vector<double>{-5, -4}));
+  EXPECT_EQ(framed.warnings(), DropReport{});
+}
+
 TEST(RawlogReader, TimeThatGoesBackwardsAndGaps) {
   const TemporaryFile log("backwards.rawlog");
   Objects frames;
