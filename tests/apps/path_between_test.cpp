@@ -237,5 +237,32 @@ TEST_F(PathBetween, InAKnownMapTheRowsAreInIt) {
   }
 }
 
+TEST_F(PathBetween, TablesKeepTheirOdometry) {
+  std::ostringstream odometry, detections;
+  odometry << "time,x,y,yaw\n";
+  detections << "time,range,yaw,id\n";
+  for (int i = 0; i <= 600; ++i) {
+    const CPose2D pose = true_pose(0.1 * i);
+    odometry << 0.1 * i << ',' << pose.x() << ',' << pose.y() << ',' << kRate * 0.1 * i << '\n';
+    if (i % 20 != 2) continue;
+    const auto seen = std::dynamic_pointer_cast<mrpt::obs::CObservationBearingRange>(
+        Circle::detections(0.1 * i + 0.03));
+    for (const auto& d : seen->sensedData) {
+      detections << 0.1 * i + 0.03 << ',' << d.range << ',' << d.yaw << ',' << d.landmarkID << '\n';
+    }
+  }
+  const Ran ran =
+      run_app("hybrid-import csv --odometry " + write("o.csv", odometry.str()) + " --detections " +
+              write("d.csv", detections.str()) + " -o " + at("tables.rawlog"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  const auto summary = summary_of(at("tables.rawlog"));
+  EXPECT_EQ(summary["keyframes"], 30);
+  EXPECT_TRUE(summary["warnings"].empty()) << summary["warnings"];
+  std::vector<Row> path = rows("out/trajectory.tum");
+  for (Row& row : path) row[0] += kStart;
+  EXPECT_EQ(path.size(), 598U + 30U);
+  expect_on_circle(path);
+}
+
 }  // namespace
 }  // namespace hybrid
