@@ -134,7 +134,7 @@ std::vector<Bin> grow(std::size_t sightings, Mapper& mapper, World& world) {
     const Keyframe keyframe = world.keyframe(i);
     seen += keyframe.detections.front().detections.size();
     const std::clock_t start = std::clock();
-    bins.back().plugin_ms += mapper.add(keyframe).plugin_ms;
+    bins.back().plugin_ms += mapper.add(keyframe)->plugin_ms;
     bins.back().ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     bins.back().sightings = seen;
     bins.back().landmarks = mapper.landmarks().size();

@@ -9,6 +9,8 @@
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CActionRobotMovement3D.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
@@ -119,6 +121,25 @@ void LogWriter::add(const ImportedStep& step) {
   report_.observations += step.observations.size() + step.stamped.size();
   ++report_.steps;
   if (step_watcher) step_watcher({report_.steps, last_time_ - first_time_, share_});
+}
+
+void LogWriter::add_odometry(double time, const mrpt::poses::CPose3D& pose, bool is_3d) {
+  auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(files_.log());
+  const auto add = [&](auto reading) {
+    reading.timestamp = mrpt::Clock::fromDouble(time);
+    reading.sensorLabel = "ODOMETRY";
+    archive << reading;
+  };
+  if (is_3d) {
+    mrpt::obs::CObservationRobotPose reading;
+    reading.pose.mean = pose;
+    add(reading);
+  } else {
+    mrpt::obs::CObservationOdometry reading;
+    reading.odometry = mrpt::poses::CPose2D(pose);
+    add(reading);
+  }
+  files_.log().check();
 }
 
 void LogWriter::true_landmark(std::int64_t id, const Eigen::Vector3d& position,

@@ -59,6 +59,10 @@ class LogWriter {
   /// program was asked to stop.
   void add(const ImportedStep& step);
 
+  /// Adds a reading of the odometry [s] between steps, for the path between them. A step that has
+  /// one of its own time, before it or behind it, ties them to the path.
+  void add_odometry(double time, const mrpt::poses::CPose3D& pose, bool is_3d);
+
   /// Counts something dropped.
   void drop(const std::string& reason, std::size_t count = 1) { report_.dropped[reason] += count; }
 

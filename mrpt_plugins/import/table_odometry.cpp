@@ -103,7 +103,7 @@ TableOdometry::TableOdometry(const std::string& path) : path_(path) {
 }
 
 void TableOdometry::finish(LogWriter& log) {
-  while (after_) advance();
+  while (after_) pass();
   if (seems_real_part_first(poses_)) log.note(about_real_part_first(path_));
   if (repeated_ > 0) {
     log.note(fmt::format("{}: {} rows have the time of the row above", path_, repeated_));
@@ -111,7 +111,7 @@ void TableOdometry::finish(LogWriter& log) {
 }
 
 std::optional<CPose3D> TableOdometry::at(double time) {
-  while (after_ && after_->time < time) advance();
+  while (after_ && after_->time < time) pass();
   if (is_new_ && before_ && time > before_->time && after_ && time < after_->time) {
     return std::nullopt;
   }
@@ -120,6 +120,11 @@ std::optional<CPose3D> TableOdometry::at(double time) {
   if (time == before_->time) return before_->pose;
   if (!after_) return std::nullopt;
   return pose_between(*before_, *after_, time);
+}
+
+void TableOdometry::pass() {
+  if (watcher_) watcher_(*after_);
+  advance();
 }
 
 void TableOdometry::advance() {

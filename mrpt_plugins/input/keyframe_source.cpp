@@ -278,6 +278,18 @@ void KeyframeSource::collect_fixes(const LogStep& step) {
   }
 }
 
+void KeyframeSource::collect_poses(const LogStep& step) {
+  if (!step.odometry) between_.lose(step.time);
+  if (step.odometry) T_start_step_ = T_start_step_ * to_isometry(step.odometry->mean);
+  for (const PoseBetween& entry : step.between) {
+    between_.add(entry.time, T_start_step_ * entry.T_pose_robot);
+  }
+}
+
+std::vector<PoseBetween> KeyframeSource::rest() const {
+  return between_.rest();
+}
+
 DropReport KeyframeSource::warnings() const {
   DropReport all = reader_.warnings();
   if (halved_scans_ > 0) {
@@ -295,6 +307,7 @@ Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
   keyframe.observations = std::move(step.observations);
   keyframe.scans = scans_.release();
   keyframe.fixes = fixes_.release();
+  keyframe.between = between_.to(step.time, T_start_step_);
   return keyframe;
 }
 
@@ -303,6 +316,7 @@ bool KeyframeSource::makes_keyframe(const LogStep& step) {
   const bool is_due = policy_.is_keyframe(step);
   collect_scans(step);
   collect_fixes(step);
+  collect_poses(step);
   const LaserScan* scan = scans_.newest();
   if (!options_.follows_scans || scan == nullptr) return is_due;
   if (is_due) {
@@ -350,6 +364,9 @@ std::optional<Keyframe> KeyframeSource::read() {
     if (is_keyframe) return make_keyframe(*step, std::move(keyframe));
   }
   steps_read_ = options_.steps;
+  for (const PoseBetween& entry : reader_.rest()) {
+    between_.add(entry.time, T_start_step_ * entry.T_pose_robot);
+  }
   if (!skipped_ || !options_.follows_scans) return std::nullopt;
   LogStep last = *std::exchange(skipped_, std::nullopt);
   return make_keyframe(last, {});

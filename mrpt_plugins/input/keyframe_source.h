@@ -28,6 +28,8 @@ struct Keyframe {
   std::size_t row = 0;    ///< step of the log, which is the row of MRPT's ground truth of the path
   double time = 0;        ///< s
   std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
+  /// Where odometry says that the robot was since the keyframe before, seen from this one.
+  std::vector<PoseBetween> between;
   std::vector<DetectionFrame> detections;
   std::vector<DetectionFrame> robots;  ///< detections of robots (DetectionOptions::robots)
   std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
@@ -76,6 +78,10 @@ class KeyframeSource {
   /// keeps it waiting.
   std::optional<Keyframe> next();
 
+  /// At the end of the log: where odometry says that the robot was since the last keyframe, seen
+  /// from it.
+  std::vector<PoseBetween> rest() const;
+
   /// Whether the map is 3-D. Unless set by the options, it is if odometry or a sensor (tilted, or
   /// measuring pitch, or seeing clouds) is 3-D in more than half of the first 100 keyframes that
   /// have it. A single damaged entry therefore does not decide; plugins drop and count what does
@@ -103,6 +109,7 @@ class KeyframeSource {
   void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
   void collect_scans(const LogStep& step);
   void collect_fixes(const LogStep& step);
+  void collect_poses(const LogStep& step);
   bool makes_keyframe(const LogStep& step);
   Keyframe make_keyframe(LogStep& step, Keyframe keyframe);
 
@@ -112,6 +119,8 @@ class KeyframeSource {
   DetectionTracker tracker_;
   ScanCollector scans_;
   FixCollector fixes_;
+  PosesBetween between_;
+  Eigen::Isometry3d T_start_step_ = Eigen::Isometry3d::Identity();  // by odometry
   ScanWatch watch_;
   std::size_t steps_read_ = 0;
   std::size_t halved_scans_ = 0;     // see is_halved_scan()

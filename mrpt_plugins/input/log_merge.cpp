@@ -38,6 +38,11 @@ std::optional<Keyframe> LogMerge::next() {
   return out;
 }
 
+std::vector<PoseBetween> LogMerge::rest(std::size_t robot) const {
+  const Log& log = logs_[robot];
+  return log.ended ? log.source->rest() : std::vector<PoseBetween>();
+}
+
 bool LogMerge::is_3d() {
   for (Log& log : logs_) {
     if (log.source->is_3d() == logs_.front().source->is_3d()) continue;

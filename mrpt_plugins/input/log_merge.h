@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +23,10 @@ class LogMerge {
 
   /// The next keyframe, with the number of its robot.
   std::optional<Keyframe> next();
+
+  /// Where odometry says that a robot was since its last keyframe, seen from it; nothing before the
+  /// end of its log.
+  std::vector<PoseBetween> rest(std::size_t robot) const;
 
   /// Whether the map must be in space (see KeyframeSource). Throws Error where the logs disagree.
   bool is_3d();

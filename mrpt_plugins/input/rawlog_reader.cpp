@@ -4,7 +4,6 @@
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 #include <fmt/format.h>
-#include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservationComment.h>
 #include <mrpt/system/datetime.h>
 
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/mrpt_version.h"
 
@@ -32,25 +32,6 @@ constexpr const char* kTooFar =
 
 /// Multiple of the usual period beyond which frames count as missing.
 constexpr double kLongGap = 10;
-
-CPose2D between(const CPose2D& a, const CPose2D& b, double fraction) {
-  const CPose2D step = b - a;
-  return a + CPose2D(fraction * step.x(), fraction * step.y(), fraction * step.phi());
-}
-
-CPose3D between(const CPose3D& a, const CPose3D& b, double fraction) {
-  const CPose3D step = b - a;
-  const auto part = [&](double angle) { return fraction * mrpt::math::wrapToPi(angle); };
-  return a + CPose3D(fraction * step.x(), fraction * step.y(), fraction * step.z(),
-                     part(step.yaw()), part(step.pitch()), part(step.roll()));
-}
-
-/// Whether a pose is in the plane, up to rounding.
-bool is_planar(const CPose3D& pose) {
-  constexpr double kDigits = 1e-6;
-  return std::abs(pose.z()) < kDigits && std::abs(pose.pitch()) < kDigits &&
-         std::abs(pose.roll()) < kDigits;
-}
 
 /// Share of odometry readings with a stamp of others from which the clock is too coarse.
 constexpr double kCoarseClock = 0.5;
@@ -74,11 +55,6 @@ RawlogReader::RawlogReader(const std::string& path, const RawlogOptions& options
       action_stamp_(INVALID_TIMESTAMP),
       arrivals_(is_standard_input(path) ? 0 : options.arrival_window) {}
 
-Eigen::Vector3d RawlogReader::OdometryPose::position() const {
-  if (space) return {space->x(), space->y(), space->z()};
-  return {plane.x(), plane.y(), 0};
-}
-
 std::optional<LogStep> RawlogReader::next() {
   while (ready_.empty()) {
     const auto object = objects_.next();
@@ -90,6 +66,7 @@ std::optional<LogStep> RawlogReader::next() {
       ready_.emplace_back().time = *unused_;
       ++emitted_;
     } else if (ready_.empty()) {
+      note_action();
       return std::nullopt;
     }
   }
@@ -98,16 +75,29 @@ std::optional<LogStep> RawlogReader::next() {
   return step;
 }
 
+std::vector<PoseBetween> RawlogReader::rest() const {
+  std::vector<PoseBetween> out = between_.rest();
+  return out.empty() ? actions_.rest() : out;
+}
+
 void RawlogReader::take(const OtherObject& other) {
   ++warnings_[fmt::format("object ignored: {}", escaped(other.class_name))];
 }
 
 void RawlogReader::take(const LoggedActions& actions) {
+  note_action();
   if (actions.time != INVALID_TIMESTAMP) action_stamp_ = actions.time;
   const auto told = odometry_of(actions.motion);
   const auto motion = checked(told);
   if (motion) motion_ = motion_ ? compose(*motion_, *motion) : *motion;
   if (told && !motion) motion_is_known_ = false;
+}
+
+/// Where the actions since the last frame have led so far.
+void RawlogReader::note_action() {
+  if (!motion_ || !motion_is_known_ || action_stamp_ == INVALID_TIMESTAMP) return;
+  actions_.add(seconds_of(action_stamp_) + options_.clock_offset,
+               T_start_frame_ * to_isometry(motion_->mean));
 }
 
 std::optional<OdometryIncrement> RawlogReader::checked(std::optional<OdometryIncrement> odometry) {
@@ -126,7 +116,7 @@ void RawlogReader::take(const LoggedFrame& frame) {
   drain(true);
   LogStep step;
   auto stamp = INVALID_TIMESTAMP;
-  std::optional<OdometryPose> absolute;
+  std::optional<OdometryReading> absolute;
   for (const LoggedObservation& observation : frame.observations) {
     ++observations_[escaped(without_namespace(observation.class_name))];
     if (stamp == INVALID_TIMESTAMP) stamp = observation.time;
@@ -138,14 +128,37 @@ void RawlogReader::take(const LoggedFrame& frame) {
   }
   step.time = advance_to(time_of(stamp != INVALID_TIMESTAMP ? stamp : action_stamp_));
   action_stamp_ = INVALID_TIMESTAMP;
-  const bool is_known = std::exchange(motion_is_known_, true);
-  const std::optional<OdometryIncrement> motion = std::exchange(motion_, std::nullopt);
-  if (motion && is_known) {
-    step.odometry = motion;
-  } else if (absolute) {
+  if (!motion_is_known_) motion_.reset();
+  motion_is_known_ = true;
+  if (motion_ || !absolute) {
+    move_by_actions(step);
+  } else {
     move_to(step, *absolute);
   }
+  if (step.odometry && (step.between.empty() || step.between.back().time < step.time)) {
+    step.between.push_back({step.time, Eigen::Isometry3d::Identity()});
+  }
   emit(std::move(step));
+}
+
+/// Moves to a frame by the actions before it. Where the frame has a reading of its own time, the
+/// readings since the last one tell where the robot was between, else the actions.
+void RawlogReader::move_by_actions(LogStep& step) {
+  step.odometry = std::exchange(motion_, std::nullopt);
+  if (step.odometry) {
+    acts_ = true;
+    T_start_frame_ = T_start_frame_ * to_isometry(step.odometry->mean);
+  } else {
+    actions_.lose(step.time);
+    between_.lose(step.time);
+  }
+  step.between = actions_.to(step.time, T_start_frame_);
+  if (!after_ || after_->time != step.time) {
+    between_.lose(step.time);
+    return;
+  }
+  std::vector<PoseBetween> read = between_.to(step.time, after_->pose.isometry());
+  if (!read.empty()) step.between = std::move(read);
 }
 
 void RawlogReader::take(const LoggedObservation& observation) {
@@ -190,23 +203,22 @@ void RawlogReader::take_in_order(const LoggedObservation& observation) {
 
 /// The pose by odometry that an observation tells. That of the robot counts where the log has no
 /// other; where another begins, what is known so far is in another frame.
-std::optional<RawlogReader::OdometryPose> RawlogReader::pose_in(
-    const LoggedObservation& observation) {
+std::optional<OdometryReading> RawlogReader::pose_in(const LoggedObservation& observation) {
   const auto* content = observation.content.get();
   if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(content)) {
     if (!has_odometry_ && after_) start_odometry_anew();
     has_odometry_ = true;
-    return OdometryPose{odometry->odometry, std::nullopt};
+    return OdometryReading{odometry->odometry, std::nullopt};
   }
   const auto* seen = dynamic_cast<const CObservationRobotPose*>(content);
   if (seen == nullptr || has_odometry_) return std::nullopt;
   const CPose3D& pose = seen->pose.mean;
-  OdometryPose out{CPose2D(pose), std::nullopt};
+  OdometryReading out{CPose2D(pose), std::nullopt};
   if (!is_planar(pose) || (last_pose_ && last_pose_->space)) out.space = pose;
   return out;
 }
 
-void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryPose& pose) {
+void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryReading& pose) {
   if (!is_finite(pose.plane) || !pose.position().allFinite()) {
     ++warnings_["odometry dropped: not finite or covariance not valid"];
     return;
@@ -226,7 +238,10 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryP
     start_odometry_anew();
   }
   before_ = after_;
+  if (after_ && !is_within_reach(*after_, {time, pose})) between_.lose(after_->time);
   after_ = {time, pose};
+  between_.add(time, pose.isometry());
+  if (waiting_.empty() && emitted_ > 0 && time == emitted_time_) between_.to(time, pose.isometry());
   // Further observations with the time of this odometry may follow; those before the first wait for
   // the second, which tells how far apart they are.
   if (before_) release_until(std::nextafter(after_->time, 0.0));
@@ -238,6 +253,7 @@ void RawlogReader::start_odometry_anew() {
   release_until(std::numeric_limits<double>::infinity());
   after_.reset();
   last_pose_.reset();
+  between_.lose(std::numeric_limits<double>::infinity());
 }
 
 void RawlogReader::release_until(double time) {
@@ -254,28 +270,23 @@ void RawlogReader::release_front() {
     last_pose_.reset();
   } else if (after_ && before_ && after_->time > before_->time) {
     const double fraction = (step.time - before_->time) / (after_->time - before_->time);
-    move_to(step, interpolate(before_->pose, after_->pose, std::clamp(fraction, 0.0, 1.0)));
+    move_to(step, between(before_->pose, after_->pose, std::clamp(fraction, 0.0, 1.0)));
   } else if (after_) {
     move_to(step, after_->pose);
   }
+  if (!last_pose_) between_.lose(step.time);
   emit(std::move(step));
 }
 
-RawlogReader::OdometryPose RawlogReader::interpolate(const OdometryPose& a, const OdometryPose& b,
-                                                     double fraction) {
-  OdometryPose out{between(a.plane, b.plane, fraction), std::nullopt};
-  if (b.space) out.space = between(a.space.value_or(CPose3D(a.plane)), *b.space, fraction);
-  return out;
-}
-
-void RawlogReader::move_to(LogStep& step, const OdometryPose& pose) {
+void RawlogReader::move_to(LogStep& step, const OdometryReading& pose) {
   if (last_pose_) {
     const MotionModel& model = options_.motion_model;
-    step.odometry = checked(
-        pose.space ? odometry_between(last_pose_->space.value_or(CPose3D(last_pose_->plane)),
-                                      *pose.space, model)
-                   : odometry_between(last_pose_->plane, pose.plane, model));
+    step.odometry =
+        checked(pose.space ? odometry_between(last_pose_->in_space(), *pose.space, model)
+                           : odometry_between(last_pose_->plane, pose.plane, model));
   }
+  if (!step.odometry) between_.lose(step.time);
+  step.between = between_.to(step.time, pose.isometry());
   last_pose_ = pose;
 }
 
@@ -309,6 +320,7 @@ void RawlogReader::drop_implausible(LogStep& step) {
   if (!step.odometry || is_plausible(*step.odometry, reach(time))) return;
   ++warnings_[kTooFar];
   step.odometry.reset();
+  step.between.clear();
 }
 
 double RawlogReader::repeated_stamps() const {
@@ -324,7 +336,7 @@ DropReport RawlogReader::warnings() const {
         "robot moves: the clock is too coarse, and the result doubtful",
         repeated_, readings_)];
   }
-  if (!has_odometry_ && observations_.count("CObservationRobotPose") != 0) {
+  if (!has_odometry_ && !acts_ && observations_.count("CObservationRobotPose") != 0) {
     ++all["the log has no odometry but poses of the robot: they are taken for it"];
   }
   return all;

@@ -17,7 +17,9 @@
 
 #include "mrpt_plugins/input/arrival_order.h"
 #include "mrpt_plugins/input/odometry.h"
+#include "mrpt_plugins/input/odometry_reading.h"
 #include "mrpt_plugins/input/odometry_reset.h"
+#include "mrpt_plugins/input/poses_between.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
 
 namespace HYBRID_API hybrid {
@@ -33,6 +35,9 @@ struct LogStep {
   /// Motion since the last step. On the first step: motion before it, if the log has any. Absent if
   /// the odometry is missing or unusable.
   std::optional<OdometryIncrement> odometry;
+  /// Entries of the odometry since the last step, up to the time of this one, seen from it. None
+  /// where the motion is not known.
+  std::vector<PoseBetween> between;
   /// Observations of classes that this program knows or that were requested.
   std::vector<mrpt::obs::CObservation::Ptr> observations;
   std::vector<mrpt::math::TPoint3Df> points;  ///< of all observations [m], if requested
@@ -59,7 +64,8 @@ struct RawlogOptions {
 ///
 /// Actions and sensory frames: a step is a sensory frame, reached by the actions since the last
 /// one. A log may begin with a sensory frame, which is step 0 (MRPT's own pair reader drops it).
-/// Actions after the last frame are left out.
+/// Actions after the last frame make no step. Single readings of odometry between frames make none
+/// either: they tell where the robot was between two frames that have a reading of their own time.
 ///
 /// Observations only: they are put in the order of their stamps, as far as they arrive within a
 /// window; equal stamps keep the order of the file. Observations with one timestamp make a step.
@@ -82,6 +88,8 @@ class RawlogReader {
 
   /// The next step, or nothing at the end; then status() is how the log ended.
   std::optional<LogStep> next();
+  /// At the end of the log: the entries of the odometry after the last step, seen from it.
+  std::vector<PoseBetween> rest() const;
 
   LogStatus status() const { return objects_.status(); }
   /// One line on how the log ended; empty if complete.
@@ -97,15 +105,9 @@ class RawlogReader {
   const std::map<std::string, std::size_t>& observations() const { return observations_; }
 
  private:
-  /// A pose by odometry, in space where it is not in the plane.
-  struct OdometryPose {
-    mrpt::poses::CPose2D plane;
-    std::optional<mrpt::poses::CPose3D> space;
-    Eigen::Vector3d position() const;
-  };
   struct TimedOdometry {
     double time;
-    OdometryPose pose;
+    OdometryReading pose;
   };
 
   void take(const LoggedActions& actions);
@@ -114,12 +116,13 @@ class RawlogReader {
   void take(const LoggedPoints&) {}
   void take(const OtherObject& other);
   void take_in_order(const LoggedObservation& observation);
-  std::optional<OdometryPose> pose_in(const LoggedObservation& observation);
-  void take_odometry(mrpt::system::TTimeStamp stamp, const OdometryPose& pose);
+  std::optional<OdometryReading> pose_in(const LoggedObservation& observation);
+  void take_odometry(mrpt::system::TTimeStamp stamp, const OdometryReading& pose);
   void start_odometry_anew();
   void drain(bool all);
-  void move_to(LogStep& step, const OdometryPose& pose);
-  static OdometryPose interpolate(const OdometryPose& a, const OdometryPose& b, double fraction);
+  void move_to(LogStep& step, const OdometryReading& pose);
+  void move_by_actions(LogStep& step);
+  void note_action();
   void release_until(double time);
   void release_front();
   void emit(LogStep step);
@@ -146,11 +149,15 @@ class RawlogReader {
   std::optional<OdometryIncrement> motion_;  // since the last frame
   bool motion_is_known_ = true;              // no part of it was dropped
   mrpt::system::TTimeStamp action_stamp_;
+  bool acts_ = false;                                                // actions tell motions
+  Eigen::Isometry3d T_start_frame_ = Eigen::Isometry3d::Identity();  // by actions
+  PosesBetween actions_;
 
   // Observations only.
   std::deque<LogStep> waiting_;  // for later odometry
   std::optional<TimedOdometry> before_, after_;
-  std::optional<OdometryPose> last_pose_;  // odometry at the last released step
+  std::optional<OdometryReading> last_pose_;  // odometry at the last released step
+  PosesBetween between_;
   ArrivalOrder<LoggedObservation> arrivals_;
   std::optional<double> unused_;  // time of the first observation that nobody asked for
   bool has_odometry_ = false;     // of its own kind, so that poses of the robot are none

@@ -180,9 +180,7 @@ std::vector<std::string> write_estimates(const OutputDirectory& out, const MapRe
   for (std::string& warning : write_globe(out, result, session.place().origin())) {
     warnings.push_back(std::move(warning));
   }
-  std::vector<Trajectory> paths;
-  for (std::size_t i = 0; i < parts.size(); ++i) paths.push_back(scans.path(parts[i], result, i));
-  write_paths(out, parts, paths, truths);
+  write_paths(out, parts, scans.paths(), result, truths);
   if (with_covariances) write_covariances(out, parts);
   return warnings;
 }
@@ -210,7 +208,7 @@ Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, R
       watchers.progress({session.source().progress(), keyframes, step.landmarks,
                          step.objective_after, std::move(line)});
     }
-    if (movie.size() > 0) movie.watch(keyframes, mapper);
+    if (movie.size() > 0) movie.watch(keyframes, mapper, scans.paths());
   };
 }
 
@@ -273,7 +271,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   Movie movie(request.frames, request.frames > 0 ? session.count_keyframes() : 0);
   session.begin();
   RunReport report(request, settings, out);
-  ScanOutputs scans(settings.keeps_scans, session.plugins());
+  ScanOutputs scans(settings.keeps_scans, session.mapper().is_3d(), session.plugins());
   SensorArchives measured;
   report.begin(session.mapper(), settings.title);
   session.mapper().limit_work(conditions.most_work);
@@ -284,7 +282,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   }
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();
-  scans.finish(result);
+  scans.finish(session.source(), result);
   const PlacedViews views(scans, measured, mapper, result.trajectory);
   const Agreement with_map = session.agreement(views.scans, views.clouds, views.reach);
   if (const std::string found = session.doubt(with_map, views.any()); !found.empty()) {

@@ -24,7 +24,7 @@ LandmarkSize size_of(std::int64_t id, const MapResult& result) {
 
 }  // namespace
 
-void Movie::watch(std::size_t keyframes, const Mapper& mapper) {
+void Movie::watch(std::size_t keyframes, const Mapper& mapper, const PathArchive& paths) {
   seen_.clear();
   for (const auto& [id, landmark] : mapper.landmarks()) {
     int& before = sightings_[id];
@@ -35,6 +35,7 @@ void Movie::watch(std::size_t keyframes, const Mapper& mapper) {
   const std::size_t due = std::min(frames - 1, keyframes * frames / keyframes_);
   if (scenes_.size() >= due) return;
   MapResult scene = mapper.result_without_sizes();
+  scene.curves = paths.curves(scene.trajectory);
   scene.dead_reckoning.clear();
   scene.steps.clear();
   scenes_.resize(due, {std::move(scene), seen_});
@@ -52,6 +53,10 @@ Image Movie::frame(int i, const GroundTruth& truth) const {
   for (LandmarkEstimate& landmark : scene.landmarks) landmark.size = size_of(landmark.id, last);
   const auto poses = static_cast<std::ptrdiff_t>(scene.trajectory.size());
   scene.dead_reckoning.assign(last.dead_reckoning.begin(), last.dead_reckoning.begin() + poses);
+  scene.reckoned_curves = last.reckoned_curves;
+  if (poses < static_cast<std::ptrdiff_t>(last.trajectory.size())) {
+    scene.reckoned_curves.after.clear();
+  }
   const double seconds =
       scene.trajectory.empty() ? 0 : scene.trajectory.back().time - last.trajectory.front().time;
   return map_image(scene, truth, 1600, 1200, map_frame(last, truth),

@@ -78,11 +78,13 @@ std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& 
 }
 
 void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
-                 const std::vector<Trajectory>& paths, const std::vector<Truth>& truths) {
+                 const PathArchive& paths, const MapResult& whole,
+                 const std::vector<Truth>& truths) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const RobotPart& part = parts[i];
-    out.write(file_of(part, "trajectory.tum"), tum_text(paths[i]));
-    out.write(file_of(part, "trajectory_dead_reckoning.tum"), tum_text(part.result.dead_reckoning));
+    out.write(file_of(part, "trajectory.tum"), tum_text(paths.path(whole.trajectory, i)));
+    out.write(file_of(part, "trajectory_dead_reckoning.tum"),
+              tum_text(paths.reckoned_path(whole.dead_reckoning, i)));
     if (!part.result.mode_names.empty()) {
       out.write(file_of(part, "modes.csv"), modes_csv(part.result));
     }

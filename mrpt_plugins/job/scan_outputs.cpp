@@ -33,17 +33,55 @@ Eigen::Isometry3d moved_in_plane(const Eigen::Isometry3d& motion, const SE2& pla
   return out;
 }
 
-/// A keyframe whose scans are where matches place them, not odometry.
-Keyframe placed_by_scans(Keyframe keyframe, const ScanMotion& motion) {
+/// A pose between keyframes by odometry, and where matches of scans place it.
+struct Anchor {
+  double time;
+  Eigen::Isometry3d by_odometry, by_scans;  // seen from the keyframe
+};
+
+/// Moves poses by odometry along with the anchors before and after them, of which the last is the
+/// keyframe.
+void move_along(const std::vector<Anchor>& anchors, std::vector<PoseBetween>& poses) {
+  const auto by = [](const Anchor& anchor, const Eigen::Isometry3d& T) {
+    return anchor.by_scans * anchor.by_odometry.inverse() * T;
+  };
+  auto next = anchors.begin();
+  for (PoseBetween& pose : poses) {
+    while (next + 1 != anchors.end() && next->time <= pose.time) ++next;
+    const Eigen::Isometry3d by_next = by(*next, pose.T_pose_robot);
+    if (next == anchors.begin() || next->time <= pose.time) {
+      pose.T_pose_robot = by_next;
+      continue;
+    }
+    const Anchor& last = *(next - 1);
+    const double part = (pose.time - last.time) / (next->time - last.time);
+    pose.T_pose_robot = blend(by(last, pose.T_pose_robot), by_next, part);
+  }
+}
+
+/// A keyframe whose scans are where matches place them, not odometry; `last`: time of the one
+/// before.
+Keyframe placed_by_scans(Keyframe keyframe, const ScanMotion& motion, std::optional<double> last) {
+  std::vector<Anchor> anchors;
   if (motion.T_before_keyframe) {
-    if (!keyframe.odometry) keyframe.odometry.emplace();
-    keyframe.odometry->mean =
-        to_mrpt(moved_in_plane(to_isometry(keyframe.odometry->mean), *motion.T_before_keyframe));
+    const bool has_odometry = keyframe.odometry.has_value();
+    if (!has_odometry) keyframe.odometry.emplace();
+    const Eigen::Isometry3d by_odometry = to_isometry(keyframe.odometry->mean);
+    const Eigen::Isometry3d by_scans = moved_in_plane(by_odometry, *motion.T_before_keyframe);
+    keyframe.odometry->mean = to_mrpt(by_scans);
+    if (has_odometry && last) anchors.push_back({*last, by_odometry.inverse(), by_scans.inverse()});
   }
   for (std::size_t i = 0; i < motion.T_keyframe_robot.size(); ++i) {
-    Eigen::Isometry3d& T = keyframe.scans[i].T_keyframe_robot;
-    if (!T.matrix().isIdentity(0)) T = moved_in_plane(T, motion.T_keyframe_robot[i]);
+    LaserScan& scan = keyframe.scans[i];
+    Eigen::Isometry3d& T = scan.T_keyframe_robot;
+    if (T.matrix().isIdentity(0)) continue;
+    const Eigen::Isometry3d by_odometry = T;
+    T = moved_in_plane(T, motion.T_keyframe_robot[i]);
+    anchors.push_back({scan.time, by_odometry, T});
   }
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
+  anchors.push_back({keyframe.time, here, here});
+  move_along(anchors, keyframe.between);
   return keyframe;
 }
 
@@ -59,26 +97,41 @@ std::string closures_csv(const std::vector<MeasuredClosure>& closures) {
 
 }  // namespace
 
-ScanOutputs::ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins)
-    : plugins_(std::move(plugins)) {
+ScanOutputs::ScanOutputs(bool keeps_scans, bool is_3d,
+                         std::vector<std::shared_ptr<MappingPlugin>> plugins)
+    : paths_(keeps_scans, is_3d), plugins_(std::move(plugins)) {
   if (keeps_scans) archive_.emplace();
 }
 
 void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
-  if (!archive_) return;
+  std::optional<double> last;
+  if (const auto known = last_time_.find(keyframe.robot); known != last_time_.end()) {
+    last = known->second;
+  }
+  last_time_[keyframe.robot] = keyframe.time;
+  if (!archive_) {
+    paths_.add(keyframe);
+    return;
+  }
   const auto number = static_cast<std::size_t>(step.keyframe);
   for (const auto& plugin : plugins_) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     const std::optional<ScanMotion> motion =
         follower != nullptr ? follower->scan_motion() : std::nullopt;
     if (!motion) continue;
-    archive_->add(number, placed_by_scans(keyframe, *motion));
+    const Keyframe placed = placed_by_scans(keyframe, *motion, last);
+    archive_->add(number, placed);
+    paths_.add(placed, true);
     return;
   }
   archive_->add(number, keyframe);
+  paths_.add(keyframe);
 }
 
-void ScanOutputs::finish(MapResult& result) {
+void ScanOutputs::finish(const LogMerge& source, MapResult& result) {
+  for (const auto& [robot, time] : last_time_) paths_.end(robot, source.rest(robot));
+  result.curves = paths_.curves(result.trajectory);
+  result.reckoned_curves = paths_.reckoned_curves(result.dead_reckoning);
   for (const auto& plugin : plugins_) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     if (follower == nullptr) continue;
@@ -129,11 +182,6 @@ std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const Ma
                     ScanArchive::kBudget >> 20, archive_->given_up()));
   }
   return warnings;
-}
-
-Trajectory ScanOutputs::path(const RobotPart& part, const MapResult& whole,
-                             std::size_t robot) const {
-  return archive_ ? archive_->path(whole.trajectory, robot) : part.result.trajectory;
 }
 
 }  // namespace hybrid

@@ -59,9 +59,9 @@ Json feature(const char* type, Json coordinates, Json properties) {
           {"properties", std::move(properties)}};
 }
 
-Json line_feature(const Globe& globe, const Trajectory& path, Json properties) {
+Json line_feature(const Globe& globe, const std::vector<Eigen::Vector3d>& path, Json properties) {
   Json line = Json::array();
-  for (const TimedPose& pose : path) line.push_back(globe(point_of(pose.pose)));
+  for (const Eigen::Vector3d& point : path) line.push_back(globe(point));
   return feature("LineString", std::move(line), std::move(properties));
 }
 
@@ -202,7 +202,9 @@ std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
                                       [&](const MapSession& s) { return s.id == way.session; });
     Json properties = {{"session", way.session}, {"mode", session->mode}};
     if (!way.robot.empty()) properties["robot"] = way.robot;
-    features.push_back(line_feature(globe, way.poses, std::move(properties)));
+    std::vector<Eigen::Vector3d> line;
+    for (const TimedPose& pose : way.poses) line.push_back(point_of(pose.pose));
+    features.push_back(line_feature(globe, line, std::move(properties)));
   }
   return collection(features);
 }
@@ -222,8 +224,8 @@ std::string geojson_text(const MapResult& result, const MapOrigin& origin) {
     features.push_back(feature("Point", globe(l.position), std::move(properties)));
   }
   for (const DrawnPath& path : drawn_paths(result)) {
-    if (path.poses.size() < 2) continue;
-    features.push_back(line_feature(globe, path.poses, {{"path", path.name}}));
+    if (path.points.size() < 2) continue;
+    features.push_back(line_feature(globe, path.points, {{"path", path.name}}));
   }
   for (const FixEstimate& fix : result.fixes) {
     if (result.datum) features.push_back(fix_feature(globe, fix));

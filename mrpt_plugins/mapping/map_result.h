@@ -105,6 +105,13 @@ struct MapDatum {
   Eigen::Isometry3d T_datum_map = Eigen::Isometry3d::Identity();
 };
 
+/// Points of paths between keyframes, as they are drawn.
+struct PathCurves {
+  /// To each keyframe, from the one before of its robot; empty: a straight line.
+  std::vector<std::vector<Eigen::Vector3d>> to;
+  std::vector<std::vector<Eigen::Vector3d>> after;  ///< of each robot, after its last keyframe
+};
+
 /// Everything a replay produces that the writers and the pictures need.
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
@@ -114,7 +121,8 @@ struct MapResult {
   std::vector<std::string> class_names;  ///< empty when landmarks have no class
   Trajectory trajectory;                 ///< of all robots, in the order of time
   Trajectory dead_reckoning;
-  std::vector<RobotPath> robots;  ///< empty where there is but one without a name
+  PathCurves curves, reckoned_curves;  ///< of these; empty where both are straight between poses
+  std::vector<RobotPath> robots;       ///< empty where there is but one without a name
   std::vector<LandmarkEstimate> landmarks;
   std::vector<MoverEstimate> movers;
   std::vector<FixEstimate> fixes;

@@ -4,19 +4,17 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "libhybrid/scans/laser_scan.h"
-#include "mrpt_plugins/bridge/timed_pose.h"
 #include "mrpt_plugins/input/keyframe_source.h"
 
 namespace HYBRID_API hybrid {
 
 /// The laser scans of a run, kept for its outputs in bounded memory: once the ranges of all scans
 /// take more than a budget, those of every second scan between keyframes are given up, and when
-/// none of these is left, those of every second keyframe. Where the robot was is kept for all of
-/// them.
+/// none of these is left, those of every second keyframe. PathArchive knows where the robot was at
+/// all of them.
 class ScanArchive {
  public:
   static constexpr std::size_t kBudget = std::size_t{256} << 20;  // bytes of ranges
@@ -35,31 +33,19 @@ class ScanArchive {
 
   const std::vector<Entry>& entries() const { return entries_; }
   /// The robot of a keyframe that was added.
-  std::size_t robot_of(std::size_t keyframe) const { return steps_[keyframe].robot; }
+  std::size_t robot_of(std::size_t keyframe) const { return robots_[keyframe]; }
   /// Number of scans whose ranges were given up.
   std::size_t given_up() const { return given_up_; }
 
-  /// The path of robot `robot` at every scan and keyframe, in order of time, from the poses of all
-  /// keyframes. Between two keyframes it is that of odometry, with what is missing to the second
-  /// one shared out by time.
-  Trajectory path(const Trajectory& keyframes, std::size_t robot = 0) const;
-
  private:
-  struct Step {
-    std::size_t robot = 0;
-    std::size_t first = 0;                               // of its entries
-    std::optional<Eigen::Isometry3d> T_before_keyframe;  // by odometry, since the keyframe before
-  };
-
   void thin_out();
   bool give_up_every_second(bool own);
-  std::size_t end_of(std::size_t step) const;
 
   std::size_t budget_;
   std::size_t ranges_ = 0;  // bytes
   std::size_t given_up_ = 0;
   std::vector<Entry> entries_;
-  std::vector<Step> steps_;
+  std::vector<std::size_t> robots_;  // of the keyframes
 };
 
 }  // namespace hybrid

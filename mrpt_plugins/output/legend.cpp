@@ -85,7 +85,7 @@ void path_legend(Legend& legend, const MapResult& result, const GroundTruth& tru
   legend.heading(result.robots.empty() ? "Robot path" : "Paths of the robots");
   std::set<std::string> named;
   for (const DrawnPath& robot : drawn_paths(result)) {
-    if (!robot.poses.empty() && named.insert(robot.name).second) {
+    if (!robot.points.empty() && named.insert(robot.name).second) {
       legend.line(robot.name, robot.stroke);
     }
   }

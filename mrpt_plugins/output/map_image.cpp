@@ -27,6 +27,12 @@ std::vector<Pixel> to_pixels(const Axes& axes, const Trajectory& path) {
   return out;
 }
 
+std::vector<Pixel> to_pixels(const Axes& axes, const std::vector<Eigen::Vector3d>& points) {
+  std::vector<Pixel> out;
+  for (const Eigen::Vector3d& p : points) out.push_back(axes.pixel(p.x(), p.y()));
+  return out;
+}
+
 /// What laser scans saw, at the resolution of the sheet, as far as a box shows it.
 class GridSheet {
  public:
@@ -152,15 +158,17 @@ std::vector<Trajectory> pieces(const Trajectory& path) {
 void draw_modes(Canvas& canvas, const Axes& axes, const MapResult& result) {
   if (result.motion_modes.empty()) return;
   std::vector<RobotPath> robots = result.robots;
-  if (robots.empty()) {
-    robots.emplace_back();
-    for (std::size_t i = 0; i < result.trajectory.size(); ++i) robots[0].keyframes.push_back(i);
-  }
+  if (robots.empty()) robots.push_back({"", keyframes_of(result)});
   for (const RobotPath& robot : robots) {
-    const std::vector<Pixel> path = to_pixels(axes, part_of(result.trajectory, robot));
-    for (std::size_t i = 1; i < path.size(); ++i) {
-      const int mode = result.motion_modes[robot.keyframes[i]];
-      if (mode > 0) canvas.line(path[i - 1], path[i], map_style::mode_stroke(mode));
+    for (std::size_t i = 1; i < robot.keyframes.size(); ++i) {
+      const std::vector<std::size_t> ends{robot.keyframes[i - 1], robot.keyframes[i]};
+      const int mode = result.motion_modes[ends[1]];
+      if (mode <= 0) continue;
+      const std::vector<Pixel> path =
+          to_pixels(axes, drawn_points(result.trajectory, {result.curves.to, {}}, ends, 0));
+      for (std::size_t j = 1; j < path.size(); ++j) {
+        canvas.line(path[j - 1], path[j], map_style::mode_stroke(mode));
+      }
     }
   }
 }
@@ -173,20 +181,21 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
     }
   }
   if (result.robots.empty()) {
-    const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
+    const std::vector<Pixel> reckoned = to_pixels(
+        axes, drawn_points(result.dead_reckoning, result.reckoned_curves, keyframes_of(result), 0));
     canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
     labels.avoid(reckoned);
   }
   const std::vector<DrawnPath> robots = drawn_paths(result);
   for (const DrawnPath& robot : robots) {
-    const std::vector<Pixel> path = to_pixels(axes, robot.poses);
+    const std::vector<Pixel> path = to_pixels(axes, robot.points);
     canvas.polyline(path, robot.stroke);
     labels.avoid(path);
   }
   draw_modes(canvas, axes, result);
   for (const DrawnPath& robot : robots) {
-    if (robot.poses.empty()) continue;
-    const std::vector<Pixel> path = to_pixels(axes, robot.poses);
+    if (robot.points.empty()) continue;
+    const std::vector<Pixel> path = to_pixels(axes, robot.points);
     canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
     canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
     labels.block(path.front(), 11);

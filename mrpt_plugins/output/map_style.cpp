@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <utility>
 
 #include "libhybrid/core/quantile.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {
@@ -28,8 +30,34 @@ Extent extent_of(const GridMap& grid, const Extent& height) {
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> drawn_points(const Trajectory& all, const PathCurves& curves,
+                                          const std::vector<std::size_t>& keyframes,
+                                          std::size_t robot) {
+  std::vector<Eigen::Vector3d> out;
+  const auto add = [&](const std::vector<std::vector<Eigen::Vector3d>>& lists, std::size_t i) {
+    if (i < lists.size()) out.insert(out.end(), lists[i].begin(), lists[i].end());
+  };
+  for (const std::size_t k : keyframes) {
+    if (!out.empty()) add(curves.to, k);
+    out.push_back(point_of(all[k].pose));
+  }
+  if (!out.empty()) add(curves.after, robot);
+  return out;
+}
+
+std::vector<std::size_t> keyframes_of(const MapResult& result) {
+  std::vector<std::size_t> out(result.trajectory.size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
 std::vector<DrawnPath> drawn_paths(const MapResult& result) {
-  if (result.robots.empty()) return {{"estimated", result.trajectory, map_style::kEstimate}};
+  const auto points = [&](const std::vector<std::size_t>& keyframes, std::size_t robot) {
+    return drawn_points(result.trajectory, result.curves, keyframes, robot);
+  };
+  if (result.robots.empty()) {
+    return {{"estimated", points(keyframes_of(result), 0), map_style::kEstimate}};
+  }
   // Other than landmarks without class and dead reckoning.
   const std::array<Color, 6> colors = {palette::kEstimate, series_color(0), series_color(2),
                                        series_color(3),    series_color(4), series_color(5)};
@@ -42,7 +70,7 @@ std::vector<DrawnPath> drawn_paths(const MapResult& result) {
     Stroke stroke = map_style::kEstimate;
     stroke.color = colors[static_cast<std::size_t>(first - result.robots.begin()) % colors.size()];
     if (!robot.keyframes.empty()) {
-      out.push_back({robot.name, part_of(result.trajectory, robot), stroke});
+      out.push_back({robot.name, points(robot.keyframes, i), stroke});
     }
   }
   return out;
@@ -110,13 +138,17 @@ void Extent::add(const Eigen::Vector3d& point) {
   high = high.max(point.array());
 }
 
+void Extent::add(const std::vector<Eigen::Vector3d>& points) {
+  for (const Eigen::Vector3d& point : points) add(point);
+}
+
 void Extent::add(const Trajectory& path) {
   for (const TimedPose& p : path) add(Eigen::Vector3d(p.pose.x(), p.pose.y(), p.pose.z()));
 }
 
 Extent map_extent(const MapResult& result, const GroundTruth& truth) {
   Extent extent;
-  extent.add(result.trajectory);
+  for (const DrawnPath& path : drawn_paths(result)) extent.add(path.points);
   for (const Trajectory& path : true_paths(truth)) extent.add(path);
   for (const LandmarkEstimate& l : result.landmarks) extent.add(l.position);
   for (const TrueLandmark& l : truth.landmarks) extent.add(l.position);

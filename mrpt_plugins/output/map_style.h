@@ -37,9 +37,16 @@ constexpr double kSigmas = 3;  ///< standard deviations of ellipses
 /// The estimated path of a robot as it is drawn.
 struct DrawnPath {
   std::string name;
-  Trajectory poses;
+  std::vector<Eigen::Vector3d> points;
   Stroke stroke;
 };
+
+/// The points of a path over these keyframes, which are all of robot number `robot`.
+std::vector<Eigen::Vector3d> drawn_points(const Trajectory& all, const PathCurves& curves,
+                                          const std::vector<std::size_t>& keyframes,
+                                          std::size_t robot);
+/// The keyframes of a map of one robot.
+std::vector<std::size_t> keyframes_of(const MapResult& result);
 
 /// Those of all robots that have poses, each in its colour; of one robot, its path as "estimated".
 std::vector<DrawnPath> drawn_paths(const MapResult& result);
@@ -66,6 +73,7 @@ struct Extent {
   Eigen::Array3d high = Eigen::Array3d::Constant(-1e300);
 
   void add(const Eigen::Vector3d& point);
+  void add(const std::vector<Eigen::Vector3d>& points);
   void add(const Trajectory& path);
   bool empty() const { return low.x() > high.x(); }
 };

@@ -6,12 +6,15 @@
 #include <fmt/format.h>
 #include <mrpt/math/CQuaternion.h>
 
+#include <cstddef>
 #include <iterator>
 
 namespace hybrid {
 
 std::string tum_text(const Trajectory& trajectory, const std::vector<std::string>& names) {
+  constexpr std::size_t kUsualRow = 128;
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
+  text.reserve(kUsualRow * trajectory.size());
   for (std::size_t k = 0; k < trajectory.size(); ++k) {
     const TimedPose& p = trajectory[k];
     mrpt::math::CQuaternionDouble q;

@@ -136,6 +136,24 @@ Json robots_json(const MapResult& result) {
   return {{"names", names}, {"of", of}};
 }
 
+/// What is drawn between keyframes; nothing where paths are straight there.
+void add_curves(const char* name, const PathCurves& curves, bool is_3d, Json& out) {
+  if (curves.to.empty()) return;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::size_t> counts;
+  for (const std::vector<Eigen::Vector3d>& piece : curves.to) {
+    counts.push_back(piece.size());
+    points.insert(points.end(), piece.begin(), piece.end());
+  }
+  Json own = coordinates(points, is_3d);
+  own["n"] = counts;
+  own["after"] = Json::array();
+  for (const std::vector<Eigen::Vector3d>& piece : curves.after) {
+    own["after"].push_back(coordinates(piece, is_3d));
+  }
+  out[name] = std::move(own);
+}
+
 }  // namespace
 
 Json map_report_json(const MapReport& report) {
@@ -161,6 +179,8 @@ Json map_report_json(const MapReport& report) {
       {"scan_closures", scan_closures_json(result.scan_closures)},
       {"fixes", fixes_json(result)},
       {"summary", report.summary}};
+  add_curves("curves", result.curves, result.is_3d, out);
+  add_curves("reckoned_curves", result.reckoned_curves, result.is_3d, out);
   out.update(history_json(report.record, result.is_3d));
   return out;
 }

@@ -9,6 +9,8 @@ type Num = number | null;
 export interface Coordinates { x: number[]; y: number[]; z?: number[] }
 /** null: a gap. */
 export interface Path { x: Num[]; y: Num[]; z?: Num[] }
+/** What is drawn between keyframes: n points to each, from the one before of its robot; and of each robot after its last one. */
+export interface Curves extends Coordinates { n: number[]; after: Coordinates[] }
 export interface Poses extends Coordinates { t: number[]; yaw: number[]; pitch?: number[]; roll?: number[] }
 
 export interface Landmark {
@@ -118,6 +120,8 @@ export interface MapData {
   robots: { names: string[]; of: number[] };  // of each pose; no names where there is but one
   poses: Poses;
   reckoned: Poses;
+  curves?: Curves;  // of both; none where they are straight between keyframes
+  reckoned_curves?: Curves;
   landmarks: Landmark[];
   truth: { path: Path; landmarks: { id: Id; at: number[]; class: number | null }[] };
   steps: Record<string, number[]>;

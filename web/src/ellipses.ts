@@ -44,3 +44,20 @@ export function drawExtents(map: CanvasMap, landmarks: Landmark[], place: Place)
   }
   c.setLineDash([]);
 }
+
+/** Crosses where landmarks really are. */
+export function drawTrueLandmarks(map: CanvasMap, landmarks: { at: number[] }[]) {
+  const c = map.context;
+  c.setLineDash([]);
+  c.strokeStyle = themed('truth');
+  c.lineWidth = 1.2;
+  c.beginPath();
+  for (const l of landmarks) {
+    const x = map.px(l.at[0]), y = map.py(l.at[1]);
+    c.moveTo(x - 4, y - 4);
+    c.lineTo(x + 4, y + 4);
+    c.moveTo(x - 4, y + 4);
+    c.lineTo(x + 4, y - 4);
+  }
+  c.stroke();
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+import { Bends } from './bends';
 import { CanvasMap } from './canvas_map';
 import { MapData, robotAt } from './data';
 import { el, show } from './dom';
@@ -35,7 +36,7 @@ export class ErrorPaint {
     return c === null ? null : kColors[c];
   }
   /** Over the path, whose place i is of keyframe `every` i: the error of the final estimate there. */
-  draw(map: CanvasMap, places: number[], x: ArrayLike<number>, y: ArrayLike<number>, every: number) {
+  draw(map: CanvasMap, places: number[], axes: ArrayLike<number>[], every: number, bends: Bends) {
     const pieces = new Map<string, [number, number][]>();
     for (let i = 1; i < places.length; ++i) {
       const color = this.color(Math.min(places[i] * every, this.of.length - 1));
@@ -48,9 +49,9 @@ export class ErrorPaint {
     for (const [color, list] of pieces) {
       c.strokeStyle = color;
       c.beginPath();
-      for (const [a, b] of list) {
-        c.moveTo(map.px(x[a]), map.py(y[a]));
-        c.lineTo(map.px(x[b]), map.py(y[b]));
+      for (const piece of list) {
+        const [x, y] = bends.through(piece, axes);
+        x.forEach((at, i) => (i ? c.lineTo(map.px(at), map.py(y[i])) : c.moveTo(map.px(at), map.py(y[i]))));
       }
       c.stroke();
     }

@@ -3,6 +3,7 @@
 
 import { aboutView } from './about_view';
 import { AssociationView } from './association_view';
+import { Bends } from './bends';
 import { CompareView } from './compare_view';
 import { hasLandmarks, keyframeAt, MapData, Path, placesOf, robotAt, robotsOf } from './data';
 import { el, show } from './dom';
@@ -136,14 +137,12 @@ function inSpace(data: MapData, scans: ScanLayer): OrbitView {
   const { poses, reckoned, truth, landmarks } = data;
   const known = (axis: (number | null)[]) => axis.filter(v => v !== null) as number[];
   const columns = (c: Path) => [known(c.x), known(c.y), c.z ? known(c.z) : known(c.x).map(() => 0)];
-  const own = (axes: number[][], robot: number) => {
-    const places = placesOf(data, robot, axes[0].length);
-    return axes.map(axis => places.map(i => axis[i]));
-  };
+  const estimate = new Bends(data.curves, poses), byOdometry = new Bends(data.reckoned_curves, reckoned);
+  const own = (bends: Bends, axes: number[][], robot: number) => bends.through(placesOf(data, robot, axes[0].length), axes, robot);
   const strands: Strand[] = [
     ...robotsOf(data).flatMap((robot): Strand[] => [
-      { label: data.robots.names[robot] ?? 'estimate', points: own(columns(poses), robot), color: robot ? robotColor(robot) : 'estimate', mode: 'line' },
-      { label: 'dead reckoning', points: own(columns(reckoned), robot), color: 'odometry', mode: 'line', alpha: 0.8 }]),
+      { label: data.robots.names[robot] ?? 'estimate', points: own(estimate, columns(poses), robot), color: robot ? robotColor(robot) : 'estimate', mode: 'line' },
+      { label: 'dead reckoning', points: own(byOdometry, columns(reckoned), robot), color: 'odometry', mode: 'line', alpha: 0.8 }]),
   ];
   if (landmarks.length) strands.push({ label: 'landmarks', points: [0, 1, 2].map(d => landmarks.map(l => l.at[d] ?? 0)), color: 'merge', mode: 'points' });
   if (truth.path.x.length) strands.splice(2, 0, { label: 'truth', points: columns(truth.path), color: 'truth', mode: 'line' });

@@ -2,11 +2,12 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 import { quadtree, Quadtree } from 'd3-quadtree';
+import { Bends } from './bends';
 import { boxOf, CanvasMap } from './canvas_map';
 import { hasLandmarks, Id, Landmark, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
 import { CompareLayer } from './compare_layer';
-import { drawEllipses, drawExtents } from './ellipses';
+import { drawEllipses, drawExtents, drawTrueLandmarks } from './ellipses';
 import { History, mostProbable } from './history';
 import { ErrorPaint } from './error_paint';
 import { FixLayer } from './fix_layer';
@@ -36,6 +37,8 @@ export class MapView {
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
   readonly paint: ErrorPaint;
+  private bends: Bends;
+  private reckoned: Bends;
   readonly compare = new CompareLayer(this.map);
 
   constructor(private data: MapData, private history: History, private state: State) {
@@ -43,6 +46,8 @@ export class MapView {
     this.fixes = new FixLayer(data.fixes, this.map);
     for (const layer of kLayers) this.layers.set(layer, layer !== 'ids' && layer !== 'error');
     this.paint = new ErrorPaint(data);
+    this.bends = new Bends(data.curves, data.poses);
+    this.reckoned = new Bends(data.reckoned_curves, data.reckoned);
     this.map.draw = () => this.draw();
     this.map.press = (x, y) => {
       const found = this.at(x, y);
@@ -63,9 +68,9 @@ export class MapView {
 
   /** Chooses the part of the world that `Fit` shows: all that there is. */
   measure() {
-    const { poses, landmarks, truth } = this.data;
+    const { poses, landmarks, truth, curves } = this.data;
     const at = { x: landmarks.map(l => l.at[0]), y: landmarks.map(l => l.at[1]) };
-    this.map.setBox(boxOf(poses, at, truth.path, this.scans.extent(), this.compare.extent()));
+    this.map.setBox(boxOf(poses, curves ?? at, at, truth.path, this.scans.extent(), this.compare.extent()));
   }
 
   private controls(): HTMLElement {
@@ -235,15 +240,16 @@ export class MapView {
       c.lineWidth = 1.5;
       c.setLineDash([6, 4]);
       this.map.line(this.data.truth.path.x, this.data.truth.path.y);
-      this.drawTrueLandmarks();
+      drawTrueLandmarks(this.map, this.data.truth.landmarks);
     }
     if (on('dead reckoning')) {
       c.strokeStyle = themed('odometry');
       c.lineWidth = 1.2;
       c.setLineDash([2, 3]);
       for (const robot of this.shown()) {
-        const places = placesOf(this.data, robot, k + 1);
-        this.map.line(places.map(i => this.data.reckoned.x[i]), places.map(i => this.data.reckoned.y[i]));
+        const { x, y } = this.data.reckoned, tail = k >= this.history.last ? robot : -1;
+        const [px, py] = this.reckoned.through(placesOf(this.data, robot, k + 1), [x, y], tail);
+        this.map.line(px, py);
       }
     }
     c.setLineDash([]);
@@ -259,21 +265,6 @@ export class MapView {
     for (const robot of this.shown()) this.drawRobot(robot, k);
     if (on('ids')) this.drawIds();
   }
-  private drawTrueLandmarks() {
-    const c = this.map.context;
-    c.setLineDash([]);
-    c.strokeStyle = themed('truth');
-    c.lineWidth = 1.2;
-    c.beginPath();
-    for (const l of this.data.truth.landmarks) {
-      const x = this.map.px(l.at[0]), y = this.map.py(l.at[1]);
-      c.moveTo(x - 4, y - 4);
-      c.lineTo(x + 4, y + 4);
-      c.moveTo(x - 4, y + 4);
-      c.lineTo(x + 4, y - 4);
-    }
-    c.stroke();
-  }
   private shown(): number[] {
     return robotsOf(this.data).filter(robot => !this.hidden.has(robot));
   }
@@ -282,14 +273,16 @@ export class MapView {
     return this.snapshot?.path ?? [this.data.poses.x, this.data.poses.y];
   }
   private drawPath(k: number) {
-    const c = this.map.context, [x, y] = this.path();
-    const end = this.snapshot ? Math.ceil(k / this.history.every(k)) + 1 : x.length;
+    const c = this.map.context, axes = this.path(), every = this.snapshot ? this.history.every(this.snapshot.k) : 1;
+    const end = this.snapshot ? Math.ceil(k / this.history.every(k)) + 1 : axes[0].length;
+    const bends = every === 1 ? this.bends : new Bends(undefined, this.data.poses);
     c.lineWidth = 2;
     for (const robot of this.shown()) {
       const places = this.places[robot].filter(i => i < end);
       c.strokeStyle = robotColor(robot);
-      this.map.line(places.map(i => x[i]), places.map(i => y[i]));
-      if (this.layers.get('error')) this.paint.draw(this.map, places, x, y, this.snapshot ? this.history.every(this.snapshot.k) : 1);
+      const [x, y] = bends.through(places, axes.slice(0, 2), this.snapshot ? -1 : robot);
+      this.map.line(x, y);
+      if (this.layers.get('error')) this.paint.draw(this.map, places, axes.slice(0, 2), every, bends);
     }
   }
   /** Where its robot was at keyframe k, by the estimate that is shown. */

@@ -26,9 +26,12 @@ namespace hybrid {
 /// become steps of their own.
 class DetectionSteps {
  public:
+  DetectionSteps(const DetectionSteps&) = delete;
+  DetectionSteps& operator=(const DetectionSteps&) = delete;
   DetectionSteps(const DetectionTablesOptions& options, LogWriter& log)
       : options_(options), log_(log), odometry_(options.odometry) {
     if (!options.fixes.table.empty()) fixes_.emplace(options.fixes);
+    odometry_.watch([this](const TimedPose& row) { add_reading(row); });
   }
 
   /// Starts an empty frame for the detections of a time.
@@ -126,7 +129,19 @@ class DetectionSteps {
     }
     resets_ = odometry_.resets();
     last_ = pose;
+    if (reads_ && time > reading_) log_.add_odometry(time, *pose, odometry_.is_3d());
+    last_is_read_ = reads_;
+    reads_ = false;
+    reading_ = time;
     log_.add(step);
+  }
+  /// Adds a row of the odometry between steps, which tells where the robot was there.
+  void add_reading(const TimedPose& row) {
+    if (!last_ || row.time <= reading_) return;
+    if (!last_is_read_) log_.add_odometry(reading_, *last_, odometry_.is_3d());
+    last_is_read_ = reads_ = true;
+    reading_ = row.time;
+    log_.add_odometry(row.time, row.pose, odometry_.is_3d());
   }
   Observations fixes_at(double time) { return fixes_ ? fixes_->take(time) : Observations(); }
   /// Makes steps of the fixes before a time.
@@ -171,6 +186,9 @@ class DetectionSteps {
   CObservationClassedBearingRange::Ptr frame_, bare_;
   std::size_t directions_ = 0;  // without ranges
   std::optional<mrpt::poses::CPose3D> last_;
+  double reading_ = 0;         // time of the last step or row behind it
+  bool reads_ = false;         // rows since the last step are in the log
+  bool last_is_read_ = false;  // the last step has a reading of its own time
   double time_ = -std::numeric_limits<double>::infinity();
 };
 

@@ -6,8 +6,10 @@
 #include <mrpt/poses/CPose3D.h>
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mrpt_plugins/bridge/timed_pose.h"
@@ -40,6 +42,9 @@ class TableOdometry {
  public:
   explicit TableOdometry(const std::string& path);
 
+  /// Sets what is called with every row that at() and finish() pass.
+  void watch(std::function<void(const TimedPose&)> watcher) { watcher_ = std::move(watcher); }
+
   bool is_3d() const { return is_3d_; }
   /// Time of the first pose; 0 if there is none.
   double start() const { return start_; }
@@ -57,10 +62,12 @@ class TableOdometry {
 
  private:
   void advance();
+  void pass();
   void read_row();
   void note_place(const mrpt::poses::CPose3D& pose);
 
   std::string path_;
+  std::function<void(const TimedPose&)> watcher_;
   std::optional<NamedTable> table_;
   std::vector<TimedPose> poses_;  // of a file with quaternions
   OdometryReset reset_;

@@ -12,6 +12,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/path_archive.h"
 
 namespace hybrid {
 
@@ -23,7 +24,7 @@ class Movie {
   Movie(int frames, std::size_t keyframes) : frames_(frames), keyframes_(keyframes) {}
 
   /// After each keyframe: keeps the estimate after so many of them if it belongs to a frame.
-  void watch(std::size_t keyframes, const Mapper& mapper);
+  void watch(std::size_t keyframes, const Mapper& mapper, const PathArchive& paths);
 
   /// Ends with the final map.
   void finish(const MapResult& result);

@@ -11,6 +11,7 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/path_archive.h"
 #include "mrpt_plugins/session/truth.h"
 
 namespace hybrid {
@@ -25,11 +26,12 @@ std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& 
 std::vector<std::string> write_globe(const OutputDirectory& out, const MapResult& result,
                                      const std::optional<MapOrigin>& given);
 
-/// Writes trajectory.tum, which is `paths`, trajectory_dead_reckoning.tum and, where there is a
-/// true path, trajectory_truth.tum, the true poses at the keyframes in the frame of the map; of
-/// several robots, each in a folder of its name.
+/// Writes trajectory.tum and trajectory_dead_reckoning.tum, by the keyframes of the `whole` and
+/// what is between them, and, where there is a true path, trajectory_truth.tum, the true poses at
+/// the keyframes in the frame of the map; of several robots, each in a folder of its name.
 void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
-                 const std::vector<Trajectory>& paths, const std::vector<Truth>& truths);
+                 const PathArchive& paths, const MapResult& whole,
+                 const std::vector<Truth>& truths);
 
 /// Writes trajectory_covariances.csv; of several robots, each in a folder of its name.
 void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>& parts);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,7 +12,9 @@
 #include "libhybrid/maps/map_record.h"
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/input/log_merge.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/path_archive.h"
 #include "mrpt_plugins/mapping/scan_archive.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/output/scan_map.h"
@@ -20,18 +23,19 @@
 
 namespace hybrid {
 
-/// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap and a
-/// trajectory with a pose for each; nothing at all where they are not kept.
+/// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap, where they
+/// are kept; and the paths with a pose for each of these and for each entry of odometry.
 class ScanOutputs {
  public:
-  ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins);
+  ScanOutputs(bool keeps_scans, bool is_3d, std::vector<std::shared_ptr<MappingPlugin>> plugins);
 
-  /// Takes the scans of the newest keyframe of the mapper, where plugins that follow scans place
-  /// them, else odometry.
+  /// Takes the scans of the newest keyframe of the mapper and what is between it and the one
+  /// before, where plugins that follow scans place them, else odometry.
   void added(const StepRecord& step, const Keyframe& keyframe);
 
-  /// Adds the closures by scans to the result. Call it once, before the following.
-  void finish(MapResult& result);
+  /// Adds the closures by scans and the curves of the paths to the result; after the last keyframe
+  /// `source` tells where robots went. Call it once, before the following.
+  void finish(const LogMerge& source, MapResult& result);
 
   /// Draws the grid of the scans with what is in the `known` map that the robots are in, and adds
   /// what clouds saw.
@@ -48,11 +52,13 @@ class ScanOutputs {
   std::vector<std::string> write(const OutputDirectory& out, const MapResult& result,
                                  const Mapper& mapper) const;
 
-  /// The path of a robot at every scan; that of its keyframes where scans are not kept.
-  Trajectory path(const RobotPart& part, const MapResult& whole, std::size_t robot) const;
+  /// Where robots were between keyframes, also while the log runs.
+  const PathArchive& paths() const { return paths_; }
 
  private:
   std::optional<ScanArchive> archive_;
+  PathArchive paths_;
+  std::map<std::size_t, double> last_time_;  // of the keyframes of each robot
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::vector<KeyframeScans> drawn_;
   std::vector<MeasuredClosure> closures_;
