@@ -174,13 +174,16 @@ double AlignmentCost::comparisons_of(const FramePair& p) const {
          static_cast<double>(frames_[p.second].seen.size());
 }
 
+SE3 AlignmentCost::sensor_at(const AlignedFrame& frame, const AlignmentChange& change) const {
+  const SE3 turn(Eigen::Vector3d::Zero(), SO3::exp({0, 0, change.yaw}));
+  const SE3 robot = pose_at(odometry_, frame.time - change.delay);
+  return SE3(change.length * robot.translation(), robot.rotation()) * frame.T_robot_sensor * turn;
+}
+
 SE3 AlignmentCost::motion_of(const AlignedFrame& a, const AlignedFrame& b,
                              const AlignmentChange& change) const {
-  const SE3 turn(Eigen::Vector3d::Zero(), SO3::exp({0, 0, change.yaw}));
   const SE3 drift(Eigen::Vector3d::Zero(), SO3::exp({0, 0, change.drift * (a.time - b.time)}));
-  const SE3 T_a = pose_at(odometry_, a.time - change.delay) * a.T_robot_sensor * turn;
-  const SE3 T_b = pose_at(odometry_, b.time - change.delay) * b.T_robot_sensor * turn * drift;
-  return T_b.between(T_a);
+  return (sensor_at(b, change) * drift).between(sensor_at(a, change));
 }
 
 Eigen::Vector3d AlignmentCost::expected_of(const AlignedSighting& s, const SE3& T_b_a,

@@ -30,13 +30,28 @@ constexpr double kLeastDeterminant = 1e-6;  // of correlations, to be told apart
 constexpr double kLeastShift = 0.05;        // m, of motion between frames that tells of mountings
 constexpr double kLeastTurn = 0.02;         // rad, that tells of signs
 
-/// The least scale of distances over signs and yaws: half the pairs agree so well.
-double least_scale(const AlignmentCost& cost) {
-  double scale = std::numeric_limits<double>::infinity();
+/// Feet, inches, centimetres and millimetres [m].
+constexpr std::array<double, 4> kUnits{0.3048, 0.0254, 0.01, 0.001};
+/// Standard deviations by which another unit fits better. Of eight that are asked none may do so by
+/// chance.
+constexpr double kUnitSigmas = 5;
+
+/// All signs and yaws, as if there was no delay.
+std::vector<AlignmentChange> mountings(double length) {
+  std::vector<AlignmentChange> out;
   for (const bool mirrored : {false, true}) {
     for (int i = 0; i < kYaws; ++i) {
-      scale = std::min(scale, median_of_all(cost.distances({mirrored, 2 * M_PI * i / kYaws, 0})));
+      out.push_back({mirrored, wrap_angle(2 * M_PI * i / kYaws), 0, 0, length});
     }
+  }
+  return out;
+}
+
+/// The least scale of distances over signs and yaws: half the pairs agree so well.
+double least_scale(const AlignmentCost& cost, double length = 1) {
+  double scale = std::numeric_limits<double>::infinity();
+  for (const AlignmentChange& change : mountings(length)) {
+    scale = std::min(scale, median_of_all(cost.distances(change)));
   }
   return scale;
 }
@@ -58,8 +73,11 @@ AlignmentChange best_of(const AlignmentCost& cost, double scale,
 
 /// The best yaw for a sign, as if there was no delay.
 AlignmentChange search_yaw(const AlignmentCost& cost, double scale, bool mirrored) {
-  std::vector<AlignmentChange> tried;
-  for (int i = 0; i < kYaws; ++i) tried.push_back({mirrored, wrap_angle(2 * M_PI * i / kYaws), 0});
+  std::vector<AlignmentChange> tried = mountings(1);
+  tried.erase(
+      std::remove_if(tried.begin(), tried.end(),
+                     [&](const AlignmentChange& change) { return change.mirrored != mirrored; }),
+      tried.end());
   return best_of(cost, scale, tried);
 }
 
@@ -226,6 +244,29 @@ Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& s
   return out;
 }
 
+/// What ranges are to be multiplied by if they, or the odometry, are in another unit than metres; 1
+/// where metres fit as well.
+double range_unit(AlignmentCost& cost) {
+  std::vector<double> lengths;
+  for (const double unit : kUnits) {
+    lengths.push_back(unit);
+    lengths.push_back(1 / unit);
+  }
+  double least = least_scale(cost), length = 1;
+  for (const double other : lengths) {
+    const double scale = least_scale(cost, other);
+    if (!(scale < least)) continue;
+    least = scale;
+    length = other;
+  }
+  if (length == 1 || !(least > 0)) return 1;
+  cost.limit(kFineComparisons);
+  const double sigmas = sigmas_better(cost, least, best_of(cost, least, mountings(length)),
+                                      best_of(cost, least, mountings(1)));
+  cost.limit(kCoarseComparisons);
+  return sigmas > kUnitSigmas ? 1 / length : 1;
+}
+
 std::string what_is_unknown(double shift, double turn, const SensorAlignment& alignment) {
   if (shift < kLeastShift && turn < kLeastTurn) return "sign, mounting and delay: the robot rests";
   if (turn < kLeastTurn) return "sign and delay: the robot does not turn";
@@ -250,6 +291,11 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
   cost.limit(kCoarseComparisons);
   if (cost.used() < kFewestUsed) {
     out.unknown = "sign, mounting and delay: too many detections in each frame";
+    return out;
+  }
+  out.length = range_unit(cost);
+  if (out.length != 1) {
+    out.unknown = "sign, mounting and delay: ranges and odometry seem to have different units";
     return out;
   }
   const double scale = least_scale(cost);

@@ -15,6 +15,9 @@ namespace HYBRID_API hybrid {
 /// `yaw` about its vertical axis, and it is `delay` behind the odometry. Standard deviations are
 /// those of a jackknife over 30 parts of the log, infinite where nothing depends on the number.
 struct SensorAlignment {
+  /// What its ranges are to be multiplied by where they fit the odometry far better in another
+  /// unit, such as feet; the rest is then not measured.
+  double length = 1;
   bool mirrored = false;     ///< bearings fit with the other sign
   double mirror_sigmas = 0;  ///< by how many standard deviations one sign fits better
   double yaw = 0, yaw_sigma = std::numeric_limits<double>::infinity();      ///< [rad]

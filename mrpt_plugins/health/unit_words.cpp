@@ -7,29 +7,17 @@
 
 #include <cmath>
 
+#include "mrpt_plugins/input/units.h"
+
 namespace hybrid {
 namespace {
 
 constexpr double kWheelError = 0.05;  // share: slip, tyres, a wheelbase that is not measured well
 constexpr double kSureSigmas = 5;
 
-struct Unit {
-  double in_ours;  // so many metres or radians
-  const char* name;
-};
-constexpr Unit kLengths[] = {
-    {0.3048, "feet"}, {0.0254, "inches"}, {0.01, "centimetres"}, {0.001, "millimetres"}};
-constexpr Unit kAngles[] = {{M_PI / 180, "degrees"}};
-
-/// "; feet?" where a ratio is that of a unit.
-template <class Units>
-std::string asked(double ratio, const Units& units) {
-  for (const Unit& unit : units) {
-    if (std::abs(std::abs(std::log(ratio)) + std::log(unit.in_ours)) < kWheelError) {
-      return fmt::format(": one of them is in {}?", unit.name);
-    }
-  }
-  return ": one of them has another unit or scale";
+std::string asked(const std::string& unit) {
+  return unit.empty() ? ": one of them has another unit or scale"
+                      : fmt::format(": one of them is in {}?", unit);
 }
 
 }  // namespace
@@ -47,7 +35,7 @@ std::vector<std::string> unit_words(const std::vector<CalibrationEstimate>& cali
           "{} and odometry differ by {}{}", is_length ? "ranges" : "angles of detections",
           is_factor ? fmt::format("a factor of {:.3g}", e.value > 1 ? e.value : 1 / e.value)
                     : fmt::format("{:.0f} %", 100 * off),
-          is_length ? asked(e.value, kLengths) : asked(e.value, kAngles)));
+          asked(is_length ? length_unit(e.value) : angle_unit(e.value))));
     }
   }
   return words;

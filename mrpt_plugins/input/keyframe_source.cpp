@@ -353,6 +353,10 @@ std::optional<Keyframe> KeyframeSource::read() {
       auto frame = detections_in(*observation, options_.detections, dropped_);
       if (!frame) continue;
       if (frame->time == 0) frame->time = step->time;
+      if (const std::size_t repeated = repeated_.remove(*frame)) {
+        dropped_["detection dropped: the log has it more than once"] += repeated;
+        if (frame->detections.empty()) continue;
+      }
       drop_if_unplaced(options_.correction, *frame, dropped_);
       options_.correction.correct(frame->time, *frame);
       hide_ids(options_.correction, options_.detections.robots, *frame);

@@ -17,6 +17,7 @@
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
+#include "mrpt_plugins/input/repeated_detections.h"
 #include "mrpt_plugins/input/scan_watch.h"
 #include "mrpt_plugins/input/scans.h"
 
@@ -117,6 +118,7 @@ class KeyframeSource {
   RawlogReader reader_;
   KeyframePolicy policy_;
   DetectionTracker tracker_;
+  RepeatedDetections repeated_;
   ScanCollector scans_;
   FixCollector fixes_;
   PosesBetween between_;

@@ -45,6 +45,7 @@ void LogCorrection::correct(double time, DetectionFrame& frame) const {
       d.covariance.col(1) = -d.covariance.col(1).eval();
     }
     if (!frame.has_range) continue;
+    d.range *= sensor.length;
     const Eigen::Vector3d before = d.covariance.diagonal();
     set_variance(sensor.range, d.range, d.covariance(0, 0));
     set_variance(sensor.angle, 1 / std::max(1e-3, d.range), d.covariance(1, 1));

@@ -31,12 +31,15 @@ struct NoiseModel {
 
 /// What was found out about a sensor.
 struct SensorCorrection {
+  double length = 1;      ///< its ranges are multiplied by, for they have another unit
   bool mirrored = false;  ///< its bearings have the other sign
   double yaw = 0;         ///< it is turned by, beside what the log says [rad]
   double delay = 0;       ///< it is behind the odometry [s]
   std::optional<NoiseModel> range, angle;
 
-  bool is_none() const { return !mirrored && yaw == 0 && delay == 0 && !range && !angle; }
+  bool is_none() const {
+    return length == 1 && !mirrored && yaw == 0 && delay == 0 && !range && !angle;
+  }
 };
 
 /// What was found out about a receiver of satellites.
@@ -84,6 +87,7 @@ struct NoiseRecord {
 /// Clock and mounting of one sensor.
 struct AlignmentRecord {
   std::string sensor;
+  double length = 1;  ///< see SensorAlignment
   bool mirrored = false;
   double mirror_sigmas = 0, yaw = 0, yaw_sigma = 0, delay = 0, delay_sigma = 0;  ///< [rad], [s]
   std::string unknown;  ///< what the log cannot tell; empty if it tells all

@@ -158,7 +158,7 @@ std::vector<Trajectory> pieces(const Trajectory& path) {
 void draw_modes(Canvas& canvas, const Axes& axes, const MapResult& result) {
   if (result.motion_modes.empty()) return;
   std::vector<RobotPath> robots = result.robots;
-  if (robots.empty()) robots.push_back({"", keyframes_of(result)});
+  if (robots.empty()) robots.push_back({"", keyframes_of(result.trajectory)});
   for (const RobotPath& robot : robots) {
     for (std::size_t i = 1; i < robot.keyframes.size(); ++i) {
       const std::vector<std::size_t> ends{robot.keyframes[i - 1], robot.keyframes[i]};
@@ -181,8 +181,9 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
     }
   }
   if (result.robots.empty()) {
-    const std::vector<Pixel> reckoned = to_pixels(
-        axes, drawn_points(result.dead_reckoning, result.reckoned_curves, keyframes_of(result), 0));
+    const std::vector<Pixel> reckoned =
+        to_pixels(axes, drawn_points(result.dead_reckoning, result.reckoned_curves,
+                                     keyframes_of(result.dead_reckoning), 0));
     canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
     labels.avoid(reckoned);
   }

@@ -45,8 +45,8 @@ std::vector<Eigen::Vector3d> drawn_points(const Trajectory& all, const PathCurve
   return out;
 }
 
-std::vector<std::size_t> keyframes_of(const MapResult& result) {
-  std::vector<std::size_t> out(result.trajectory.size());
+std::vector<std::size_t> keyframes_of(const Trajectory& path) {
+  std::vector<std::size_t> out(path.size());
   std::iota(out.begin(), out.end(), std::size_t{0});
   return out;
 }
@@ -56,7 +56,7 @@ std::vector<DrawnPath> drawn_paths(const MapResult& result) {
     return drawn_points(result.trajectory, result.curves, keyframes, robot);
   };
   if (result.robots.empty()) {
-    return {{"estimated", points(keyframes_of(result), 0), map_style::kEstimate}};
+    return {{"estimated", points(keyframes_of(result.trajectory), 0), map_style::kEstimate}};
   }
   // Other than landmarks without class and dead reckoning.
   const std::array<Color, 6> colors = {palette::kEstimate, series_color(0), series_color(2),

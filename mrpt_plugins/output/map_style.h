@@ -45,8 +45,8 @@ struct DrawnPath {
 std::vector<Eigen::Vector3d> drawn_points(const Trajectory& all, const PathCurves& curves,
                                           const std::vector<std::size_t>& keyframes,
                                           std::size_t robot);
-/// The keyframes of a map of one robot.
-std::vector<std::size_t> keyframes_of(const MapResult& result);
+/// The numbers of all keyframes of a path.
+std::vector<std::size_t> keyframes_of(const Trajectory& path);
 
 /// Those of all robots that have poses, each in its colour; of one robot, its path as "estimated".
 std::vector<DrawnPath> drawn_paths(const MapResult& result);

@@ -158,6 +158,7 @@ Json to_json(const AlignmentRecord& r) {
               {"yaw_sigma_deg", r.yaw_sigma / kDegree},
               {"delay_s", r.delay},
               {"delay_sigma_s", r.delay_sigma}};
+  if (r.length != 1) out["ranges_times"] = r.length;
   if (!r.unknown.empty()) out["unknown"] = r.unknown;
   return out;
 }

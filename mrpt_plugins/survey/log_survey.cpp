@@ -12,6 +12,7 @@
 
 #include "libhybrid/uncertainty/lasting_ids.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/input/units.h"
 
 namespace hybrid {
 namespace {
@@ -47,8 +48,10 @@ void align_frame(const SensorCorrection& sensor, const std::vector<OdometryPose>
   s.T_robot_sensor =
       s.T_robot_sensor * SE3(Eigen::Vector3d::Zero(), SO3::exp(Eigen::Vector3d(0, 0, sensor.yaw)));
   if (sensor.delay != 0) frame.T_odometry_robot = pose_at(path, s.time - sensor.delay);
-  if (!sensor.mirrored) return;
-  for (MeasuredPoint& m : s.seen) m.z[1] = -m.z[1];
+  for (MeasuredPoint& m : s.seen) {
+    m.z[0] *= sensor.length;
+    if (sensor.mirrored) m.z[1] = -m.z[1];
+  }
 }
 
 bool are_the_same(double measured, double stated) {
@@ -119,6 +122,12 @@ std::string name_of(const std::string& label) {
 
 void remark_on(const AlignmentRecord& found, LogFindings& out) {
   const std::string name = name_of(found.sensor);
+  if (found.length != 1) {
+    out.remarks.push_back(
+        fmt::format("ranges of {} fit the odometry when they are multiplied by {:.4g}: one of them "
+                    "is in {}? Taken so ([sensor] noise = stated changes it)",
+                    name, found.length, length_unit(found.length)));
+  }
   if (found.mirrored) {
     out.remarks.push_back(fmt::format(
         "bearings of {} fit with the other sign, by {:.0f} standard deviations: taken so "
@@ -196,9 +205,16 @@ MovedSightings LogSurvey::moved(const DetectionFrame& frame, double time,
 AlignmentRecord LogSurvey::align(const std::string& label, const Sensor& sensor) const {
   std::vector<TimedSightings> sightings;
   for (const MovedSightings& frame : sensor.frames) sightings.push_back(frame.sightings);
-  const SensorAlignment found = estimate_sensor_alignment(path_, sightings);
-  return {label,           found.mirrored, found.mirror_sigmas, found.yaw,
-          found.yaw_sigma, found.delay,    found.delay_sigma,   found.unknown};
+  SensorAlignment found = estimate_sensor_alignment(path_, sightings);
+  const double length = found.length;
+  if (length != 1) {
+    for (TimedSightings& frame : sightings) {
+      for (MeasuredPoint& seen : frame.seen) seen.z[0] *= length;
+    }
+    found = estimate_sensor_alignment(path_, sightings);
+  }
+  return {label,           length,      found.mirrored,    found.mirror_sigmas, found.yaw,
+          found.yaw_sigma, found.delay, found.delay_sigma, found.unknown};
 }
 
 /// The noise of a sensor that is corrected.
@@ -218,16 +234,18 @@ SensorNoise LogSurvey::measure(const std::string& label, const Sensor& sensor,
   SensorCorrection& correction = out.correction.sensors[label];
   if (!aligns_) return noise_of(sensor, correction);
   AlignmentRecord record = align(label, sensor);
+  correction.length = record.length;
   correction.mirrored = record.mirrored;
   correction.yaw = record.yaw;
   correction.delay = record.delay;
   SensorNoise noise = noise_of(sensor, correction);
   if (!is_credible(noise) && !correction.is_none()) {
     correction = {};
+    record.length = 1;
     record.mirrored = false;
     record.yaw = record.delay = 0;
     record.unknown = std::string("beside what fits best, ") + kNoSensor;
-    out.remarks.push_back("sign, mounting and clock of " + name_of(label) +
+    out.remarks.push_back("unit, sign, mounting and clock of " + name_of(label) +
                           " stay as stated: " + record.unknown);
     noise = noise_of(sensor, correction);
   }

@@ -17,11 +17,13 @@ inline constexpr Eigen::Index kAlignmentParts = 30;
 
 using PartCosts = Eigen::Array<double, kAlignmentParts, 1>;
 
-/// What is asked: a sign of bearings, a yaw of the mounting, a delay of the clock; and a slow turn
-/// of the odometry, which looks much like a yaw where all that is seen is far away.
+/// What is asked: a sign of bearings, a yaw of the mounting, a delay of the clock; a slow turn of
+/// the odometry, which looks much like a yaw where all that is seen is far away; and what lengths
+/// of the odometry are to be multiplied by to be in the unit of the ranges.
 struct AlignmentChange {
   bool mirrored = false;
   double yaw = 0, delay = 0, drift = 0;  // rad, s, rad/s
+  double length = 1;
 };
 
 struct AlignedSighting {
@@ -90,6 +92,7 @@ class AlignmentCost {
 
   double comparisons_of(const FramePair& p) const;
 
+  SE3 sensor_at(const AlignedFrame& frame, const AlignmentChange& change) const;
   SE3 motion_of(const AlignedFrame& a, const AlignedFrame& b, const AlignmentChange& change) const;
 
   static Eigen::Vector3d expected_of(const AlignedSighting& s, const SE3& T_b_a, bool mirrored);

@@ -29,6 +29,46 @@ TEST(SensorAlignment, NothingIsFoundWhereNothingIsWrong) {
   }
 }
 
+SensorAlignment align_in_units(const DrivenWorld& world, double metre) {
+  const DrivenLog log = drive(world);
+  std::vector<TimedSightings> sightings = log.sightings();
+  for (TimedSightings& frame : sightings) {
+    for (MeasuredPoint& seen : frame.seen) seen.z[0] *= metre;
+  }
+  return estimate_sensor_alignment(log.odometry, sightings);
+}
+
+TEST(SensorAlignment, RangesOfAnotherUnit) {
+  for (const double metre : {1 / 0.3048, 0.3048, 1 / 0.0254, 100.0}) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      DrivenWorld world;
+      world.seed = seed;
+      world.mirrored = seed == 3 ? -1 : 1;
+      EXPECT_NEAR(metre * align_in_units(world, metre).length, 1, 1e-9) << metre << " " << seed;
+    }
+  }
+}
+
+TEST(SensorAlignment, MetresAreNoOtherUnit) {
+  const auto kinds = {+[](DrivenWorld&) {},
+                      +[](DrivenWorld& w) { w.turning = 0; },
+                      +[](DrivenWorld& w) { w.speed = 0.1; },
+                      +[](DrivenWorld& w) { w.range_m = 0.5; },
+                      +[](DrivenWorld& w) { w.things = 200; },
+                      +[](DrivenWorld& w) { w.things = 5; },
+                      +[](DrivenWorld& w) { w.delay = 0.5; },
+                      +[](DrivenWorld& w) { w.clutter = 3; },
+                      +[](DrivenWorld& w) { w.frames = 80; }};
+  for (const auto& change : kinds) {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      DrivenWorld world;
+      world.seed = seed;
+      change(world);
+      EXPECT_EQ(align(world).length, 1) << (&change - kinds.begin()) << " " << seed;
+    }
+  }
+}
+
 TEST(SensorAlignment, BearingsOfTheOtherSign) {
   DrivenWorld world;
   world.mirrored = -1;

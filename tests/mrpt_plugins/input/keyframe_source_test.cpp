@@ -45,6 +45,53 @@ Objects planar_motion_and(const std::vector<bool>& has_pitch) {
   return objects;
 }
 
+/// Detections of all keyframes of a log, and how many of it were dropped since they are repeated.
+std::pair<std::vector<std::size_t>, std::size_t> counts(const Objects& objects) {
+  const TemporaryFile log("twice.rawlog");
+  write_log(log.path(), objects);
+  KeyframeSource source(log.path(), {});
+  std::vector<std::size_t> seen_by_keyframe;
+  while (const auto keyframe = source.next()) {
+    std::size_t count = 0;
+    for (const DetectionFrame& frame : keyframe->detections) count += frame.detections.size();
+    seen_by_keyframe.push_back(count);
+  }
+  const auto found = source.dropped().find("detection dropped: the log has it more than once");
+  return {seen_by_keyframe, found == source.dropped().end() ? 0 : found->second};
+}
+
+TEST(KeyframeSource, ADetectionThatTheLogHasTwiceIsOne) {
+  const auto two_things = [](double time) {
+    auto out = seen(time, false);
+    out->detections.push_back({3, -0.1F, 0, 2, 1, {}});
+    return out;
+  };
+  Objects once, rows, messages, other_sensors;
+  for (int i = 0; i < 5; ++i) {
+    const double time = i;
+    auto doubled = two_things(time);
+    for (auto& detection : doubled->detections) {
+      detection.landmark_id = mrpt::obs::INVALID_LANDMARK_ID;
+    }
+    doubled->detections.push_back(doubled->detections[0]);
+    doubled->detections.push_back(doubled->detections[1]);
+    auto other = two_things(time);
+    other->sensorLabel = "b";
+    once.push_back(frame({two_things(time)}));
+    rows.push_back(frame({doubled}));
+    messages.push_back(frame({two_things(time), two_things(time)}));
+    other_sensors.push_back(frame({two_things(time), other}));
+    for (Objects* log : {&once, &rows, &messages, &other_sensors}) {
+      log->push_back(motion_2d({1, 0, 0}, 0.1));
+    }
+  }
+  using Counts = std::vector<std::size_t>;
+  EXPECT_EQ(counts(once), std::pair(Counts(5, 2), std::size_t(0)));
+  EXPECT_EQ(counts(rows), std::pair(Counts(5, 2), std::size_t(10)));
+  EXPECT_EQ(counts(messages), std::pair(Counts(5, 2), std::size_t(10)));
+  EXPECT_EQ(counts(other_sensors), std::pair(Counts(5, 4), std::size_t(0)));
+}
+
 TEST(KeyframeSource, NoSingleFrameDecidesAboutSpace) {
   for (const std::size_t odd : {0UL, 1UL, 5UL, 19UL}) {
     std::vector<bool> has_pitch(20, false);
