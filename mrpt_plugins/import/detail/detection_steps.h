@@ -87,7 +87,7 @@ class DetectionSteps {
     if (directions_ == 0 || 2 * identified > directions_) return;
     log_.note(fmt::format(
         "{} directions without ranges and ids: a thing gets its place once the robot has passed it "
-        "for about a fifth of its distance; what is straight ahead gets none (docs/range_only.md)",
+        "for about a tenth of its distance; what is straight ahead gets none (docs/range_only.md)",
         directions_));
   }
 
