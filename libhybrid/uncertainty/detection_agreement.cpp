@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/quantile.h"
@@ -118,11 +119,13 @@ class Detections {
     const LookChoice choice(std::move(times), options_);
     std::size_t number = 0;
     for (const PlacedDetections& frame : looks_) {
-      if (frame.has_range) look_at(frame, choice.around(frame.time, frame.robot), number, table);
+      const auto looks = [&] { return choice.around(frame.time, frame.robot); };
+      if (frame.has_range) look_at(frame, looks, number, table);
     }
     for (std::size_t i = 0; i < crossings_.places.size(); ++i) {
       const PlacedDetections& frame = crossings_.places[i];
-      look_at(frame, around_crossing(i, choice.around(frame.time, frame.robot)), number, table);
+      const auto looks = [&] { return around_crossing(i, choice.around(frame.time, frame.robot)); };
+      look_at(frame, looks, number, table);
     }
     Agreement out = table.conclude();
     out.far_from = options_.far_from;
@@ -143,15 +146,19 @@ class Detections {
     return looks;
   }
 
-  /// Looks at the places of a frame; `number` counts those of all frames.
-  void look_at(const PlacedDetections& frame, const Looks& looks, std::size_t& number,
+  /// Looks at the places of a frame that are its turn; `number` counts those of all frames. The
+  /// looks are a walk over the log, and only asked for where there is such a place.
+  template <class FindLooks>
+  void look_at(const PlacedDetections& frame, const FindLooks& find_looks, std::size_t& number,
                LookTable& table) const {
     const std::size_t every = (count_ + kMostJudged - 1) / kMostJudged;
+    std::optional<Looks> looks;
     for (const MeasuredPoint& seen : frame.seen) {
       if (number++ % every != 0) continue;
+      if (!looks) looks = find_looks();
       table.begin_place(frame.time);
       const DetectedPlace place = detected_place(seen);
-      for (const auto& [when, j] : looks) look(frame.T_map_sensor, place, j, when, table);
+      for (const auto& [when, j] : *looks) look(frame.T_map_sensor, place, j, when, table);
     }
   }
 

@@ -30,8 +30,6 @@ constexpr double kLeastDeterminant = 1e-6;  // of correlations, to be told apart
 constexpr double kLeastShift = 0.05;        // m, of motion between frames that tells of mountings
 constexpr double kLeastTurn = 0.02;         // rad, that tells of signs
 
-/// Feet, inches, centimetres and millimetres [m].
-constexpr std::array<double, 4> kUnits{0.3048, 0.0254, 0.01, 0.001};
 /// Standard deviations by which another unit fits better. Of eight that are asked none may do so by
 /// chance.
 constexpr double kUnitSigmas = 5;
@@ -248,9 +246,9 @@ Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& s
 /// where metres fit as well.
 double range_unit(AlignmentCost& cost) {
   std::vector<double> lengths;
-  for (const double unit : kUnits) {
-    lengths.push_back(unit);
-    lengths.push_back(1 / unit);
+  for (const LengthUnit& unit : kLengthUnits) {
+    lengths.push_back(unit.metres);
+    lengths.push_back(1 / unit.metres);
   }
   double least = least_scale(cost), length = 1;
   for (const double other : lengths) {

@@ -10,6 +10,14 @@
 
 namespace HYBRID_API hybrid {
 
+/// A unit of length other than the metre.
+struct LengthUnit {
+  double metres;
+  const char* name;
+};
+inline constexpr LengthUnit kLengthUnits[] = {
+    {0.3048, "feet"}, {0.0254, "inches"}, {0.01, "centimetres"}, {0.001, "millimetres"}};
+
 /// How a sensor stands, and its clock, as far as the motion of the robot tells: what it saw agrees
 /// best from one frame to another if its bearings have the other sign (or not), it is turned by
 /// `yaw` about its vertical axis, and it is `delay` behind the odometry. Standard deviations are

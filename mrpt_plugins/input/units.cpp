@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "libhybrid/uncertainty/sensor_alignment.h"
+
 namespace hybrid {
 namespace {
 
@@ -17,10 +19,10 @@ bool is_unit(double ratio, double in_ours) {
 }  // namespace
 
 std::string length_unit(double ratio) {
-  if (is_unit(ratio, 0.3048)) return "feet";
-  if (is_unit(ratio, 0.0254)) return "inches";
-  if (is_unit(ratio, 0.01)) return "centimetres";
-  return is_unit(ratio, 0.001) ? "millimetres" : "";
+  for (const LengthUnit& unit : kLengthUnits) {
+    if (is_unit(ratio, unit.metres)) return unit.name;
+  }
+  return "";
 }
 
 std::string angle_unit(double ratio) {

@@ -44,6 +44,8 @@ constexpr double kSameTime = 1e-3;  // [s]
 /// Shares of agreement that tell which of two bad maps is the better one; its usual sigma.
 constexpr double kClearly = 0.05;
 
+/// As long as odometry tells where a thing must be [s]: what AgreementOptions calls soon.
+constexpr double kLongMemory = 20;
 constexpr const char* kMemory = "BearingRangeAssociation.memory";
 constexpr const char* kRangeSigma = "BearingRangeAssociation.range_sigma";
 
@@ -186,7 +188,8 @@ std::vector<ReplayRequest> following_longer(const ReplayRequest& request, const 
                        setting(configuration, kRangeSigma) == usual.range_sigma;
   if (!is_free) return {};
   std::vector<ReplayRequest> out(2, request);
-  for (ReplayRequest& longer : out) longer.settings.push_back(fmt::format("{}=20", kMemory));
+  for (ReplayRequest& longer : out)
+    longer.settings.push_back(fmt::format("{}={}", kMemory, kLongMemory));
   out.back().settings.push_back(fmt::format("{}={}", kRangeSigma, usual.range_sigma / 2));
   return out;
 }
