@@ -6,6 +6,7 @@
 #include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/methods/robust_methods.h"
 #include "libhybrid/online/online_selection.h"
+#include "libhybrid/selection/closure_agreement.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "python/calls.h"
 #include "python/fields.h"
@@ -178,6 +179,33 @@ struct WithoutLock {
   }
 };
 
+void bind_agreement(py::module_& m) {
+  FieldsClass<ClosureAgreement>(m, "ClosureAgreement",
+                                "Whether closures measured at different times agree with the path.")
+      .def_readonly("agreeing", &ClosureAgreement::agreeing,
+                    "Passages that the rest of the map predicts.")
+      .def_readonly("rivals", &ClosureAgreement::rivals,
+                    "Passages that the map contradicts, and others agree with.")
+      .def_readonly("alone", &ClosureAgreement::alone,
+                    "Passages that the map contradicts, and nothing supports.")
+      .def_readonly("ratio", &ClosureAgreement::ratio,
+                    "agreeing / (agreeing + rivals), nan where there are none of both.")
+      .def_readonly("rival_closures", &ClosureAgreement::rival_closures,
+                    "Numbers of closures, one of each rival passage, the most supported first.");
+  m.def(
+      "agreement_of_closures",
+      [](const RobustProblem& problem, const Values& values, const std::vector<bool>& accepted,
+         double scale) {
+        const auto judge = [&](const RobustProblem& p) {
+          return agreement_of_closures(p, values, accepted, scale);
+        };
+        return call_on_copies(judge, problem);
+      },
+      "problem"_a, "values"_a, "accepted"_a, "scale"_a = 1.0,
+      "Whether closures that were measured far apart in time agree with an estimate that rests on "
+      "those accepted, (n,) of bool. Residuals may be `scale` times what the information says.");
+}
+
 void bind_online(py::module_& m) {
   FieldsClass<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
       .def_readonly("admitted", &SelectionReport::admitted, "Closures admitted.")
@@ -217,6 +245,7 @@ void bind_selection(py::module_& m) {
   bind_problem(m);
   bind_options(m);
   bind_batch(m);
+  bind_agreement(m);
   bind_online(m);
 }
 

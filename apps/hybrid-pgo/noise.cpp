@@ -13,7 +13,6 @@
 
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/marginals/continuous.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "mrpt_plugins/health/noise_entry.h"
 #include "mrpt_plugins/health/some_factors.h"
@@ -21,8 +20,8 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostVariables = 100000;  // whose covariances take seconds
 constexpr int kRounds = 10;
+constexpr int kSystems = 5;     // linear ones of a round, a budget: the next one goes on
 constexpr double kAlike = 1.1;  // scales that differ by less need no further round
 
 struct Kind {
@@ -32,24 +31,15 @@ struct Kind {
   double redundancy = 0;
 };
 
-/// The factors in force, by kind; those of refused closures are left out. `loops` has the closures
-/// and what is measured in the map in the order of the factors.
+/// The factors in force, by kind; those of refused closures are left out.
 std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
   std::vector<Kind> kinds = {{"odometry", {}}, {"closures", {}}, {"others", {}}};
   const std::size_t edges = input.graph.poses2.size() + input.graph.poses3.size();
-  const OdometryEdges is_odometry(input.graph);
-  auto loop = loops.begin();
+  const std::vector<const Loop*> loop_of = loops_of_factors(input, loops);
   for (std::size_t f = 0; f < input.factors.size(); ++f) {
-    const ContinuousFactorPtr& factor = input.factors[f];
-    if (is_in_map(input.graph, f)) {
-      if ((loop++)->decision.in_force()) kinds[2].factors.push_back(factor);
-    } else if (f >= edges) {
-      kinds[2].factors.push_back(factor);
-    } else if (is_odometry(factor->keys()[0], factor->keys()[1])) {
-      kinds[0].factors.push_back(factor);
-    } else if ((loop++)->decision.in_force()) {
-      kinds[1].factors.push_back(factor);
-    }
+    if (loop_of[f] != nullptr && !loop_of[f]->decision.in_force()) continue;
+    const std::size_t kind = f >= edges ? 2 : loop_of[f] != nullptr ? 1 : 0;
+    kinds[kind].factors.push_back(input.factors[f]);
   }
   return kinds;
 }
@@ -85,9 +75,11 @@ HybridGraph scaled_graph(const std::vector<Kind>& kinds) {
 /// The scale of each kind. Where scales differ, residuals of one kind are in part those of another:
 /// the graph is solved again with the scales so far, until they stay.
 void find_scales(std::vector<Kind>& kinds, Values values) {
+  SolverOptions options;
+  options.max_iterations = kSystems;
   for (int round = 0; round < kRounds; ++round) {
     const HybridGraph graph = scaled_graph(kinds);
-    if (round > 0) values = levenberg_marquardt(graph, {values, {}}).values;
+    if (round > 0) values = levenberg_marquardt(graph, {values, {}}, options).values;
     const ContinuousMarginals marginals(graph, Estimate{values, {}});
     double least = std::numeric_limits<double>::infinity(), most = 0;
     for (Kind& kind : kinds) {
@@ -122,8 +114,8 @@ std::vector<NoiseRecord> graph_noise(const Input& input, const Solution& solutio
   std::vector<Kind> kinds = kinds_of(input, loops);
   std::string why;
   if (!input.first_hypotheses.empty()) why = "edges have several hypotheses";
-  if (solution.values.size() > kMostVariables) {
-    why = fmt::format("the graph has more than {} variables", kMostVariables);
+  if (solution.values.size() > kMostWithCovariances) {
+    why = fmt::format("the graph has more than {} variables", kMostWithCovariances);
   }
   if (why.empty()) find_scales(kinds, solution.values);
   std::vector<NoiseRecord> records;

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "apps/exit_code.h"
+#include "apps/hybrid-pgo/agreement.h"
 #include "apps/hybrid-pgo/certify.h"
 #include "apps/hybrid-pgo/noise.h"
 #include "apps/hybrid-pgo/outputs.h"
@@ -88,7 +89,10 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     summary.health.push_back(std::move(entry));
   }
   summary.noise = graph_noise(input, solution, loops);
-  for (HealthEntry& entry : noise_health(summary.noise)) summary.health.push_back(std::move(entry));
+  for (const Health& part :
+       {noise_health(summary.noise), graph_agreement(input, solution, loops, summary.noise)}) {
+    summary.health.insert(summary.health.end(), part.begin(), part.end());
+  }
   summary.hypotheses = solution.hypotheses.size();
   for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;

@@ -66,6 +66,19 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
   return loops;
 }
 
+std::vector<const Loop*> loops_of_factors(const Input& input, const std::vector<Loop>& loops) {
+  const std::size_t edges = input.graph.poses2.size() + input.graph.poses3.size();
+  const OdometryEdges is_odometry(input.graph);
+  std::vector<const Loop*> out;
+  auto loop = loops.begin();
+  for (std::size_t f = 0; f < input.factors.size(); ++f) {
+    const std::vector<Key>& keys = input.factors[f]->keys();
+    const bool is_closure = f < edges && !is_odometry(keys[0], keys[1]);
+    out.push_back(is_closure || is_in_map(input.graph, f) ? &*loop++ : nullptr);
+  }
+  return out;
+}
+
 std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
   std::string text = "i,j,hypothesis,first\n";
   const PoseGraph& graph = input.graph;

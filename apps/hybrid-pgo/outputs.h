@@ -28,6 +28,10 @@ struct Loop {
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              const std::map<std::size_t, ClosureDecision>& decisions);
 
+/// For each factor of the input the loop that it belongs to, null for what is not in question.
+/// `loops` are those of find_loops.
+std::vector<const Loop*> loops_of_factors(const Input& input, const std::vector<Loop>& loops);
+
 /// hypotheses.csv: i, j, chosen hypothesis, and the position of the hypothesis that was first in
 /// the file.
 std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen);

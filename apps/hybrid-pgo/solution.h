@@ -49,6 +49,9 @@ Input read_input(const std::string& path, const std::string& start,
                  std::optional<std::uint64_t> shuffle = std::nullopt,
                  bool repair_information = false, bool in_question = false);
 
+/// Variables whose covariances take seconds: checks that need them judge no larger graph.
+inline constexpr std::size_t kMostWithCovariances = 100000;
+
 /// The result of a solver.
 struct Solution {
   Values values;

@@ -16,6 +16,8 @@ constexpr const char* kName = "agreement over time";
 /// The ratio of a right path is 1, but where sensors err in the same way for minutes, or things
 /// that stood still for seconds move.
 constexpr double kDoubtful = 0.97, kBad = 0.9;
+/// A ratio that is less sure does not tell a right path from one that is metres off.
+constexpr double kMostSigma = 0.2;
 
 HealthEntry empty_entry(const char* name) {
   HealthEntry entry;
@@ -43,6 +45,10 @@ HealthEntry judged_agreement(const char* name, const Agreement& found) {
   entry.verdict = HealthVerdict::kGood;
   if (at_best < kDoubtful) entry.verdict = HealthVerdict::kDoubtful;
   if (at_best < kBad) entry.verdict = HealthVerdict::kBad;
+  if (entry.verdict != HealthVerdict::kBad && found.sigma > kMostSigma) {
+    entry.verdict = HealthVerdict::kNotJudged;
+    entry.value = std::numeric_limits<double>::quiet_NaN();
+  }
   for (const Agreement::Stretch& stretch : found.stretches) {
     entry.over_time.push_back({stretch.time, stretch.ratio, double(stretch.looks)});
   }
@@ -55,7 +61,8 @@ HealthEntry entry_of(const std::string& what, const Agreement& found) {
       "{} found {:.0f} % of what had been measured {:.0f} s or more apart at the places in view, "
       "and {:.0f} % of what had been measured seconds apart: {:.2f} +- {:.2f} of it.",
       what, 100 * found.late, found.far_from, 100 * found.soon, found.ratio, found.sigma);
-  if (entry.verdict != HealthVerdict::kGood) {
+  if (entry.verdict == HealthVerdict::kNotJudged) entry.sentence += " That is too unsure.";
+  if (entry.verdict > HealthVerdict::kGood) {
     entry.knob = fmt::format(
         "the path, which is the least right {:.0f} s after its first such stretch began; other "
         "checks may tell why",
@@ -73,7 +80,7 @@ std::optional<HealthEntry> map_agreement_health(const Agreement& with_map) {
       "Scans found {:.0f} % of the surfaces of the map that were in view, and {:.0f} % of what had "
       "been measured seconds apart: {:.2f} +- {:.2f} of it.",
       100 * with_map.late, 100 * with_map.soon, with_map.ratio, with_map.sigma);
-  if (entry.verdict != HealthVerdict::kGood) {
+  if (entry.verdict > HealthVerdict::kGood) {
     entry.knob =
         "what was moved or built since the map was made, and errors of the map; the "
         "place where the robot was found ([map] start)";
@@ -95,6 +102,33 @@ Health agreement_health(const Agreement& detections, const Agreement& scans,
   HealthEntry entry = empty_entry(kName);
   entry.sentence = "Too little was in view again much later to tell whether the path is right.";
   return {entry};
+}
+
+HealthEntry closure_agreement_health(const ClosureAgreement& found, const std::string& rival) {
+  HealthEntry entry = empty_entry(kName);
+  if (found.agreeing + found.rivals == 0) {
+    entry.sentence = "No closure is checked by others, to tell whether the path is right.";
+    return entry;
+  }
+  entry.value = found.ratio;
+  entry.verdict = found.ratio < kBad        ? HealthVerdict::kBad
+                  : found.ratio < kDoubtful ? HealthVerdict::kDoubtful
+                                            : HealthVerdict::kGood;
+  entry.sentence = fmt::format(
+      "Of what was seen again in {} passages the map, without it, predicts {}. In {} others, "
+      "closures "
+      "of different times agree with each other and not with the map.",
+      found.agreeing + found.rivals + found.alone, found.agreeing, found.rivals);
+  for (const ClosureAgreement::Stretch& stretch : found.stretches) {
+    entry.over_time.push_back({double(stretch.first), stretch.ratio, double(stretch.passages)});
+  }
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob = fmt::format(
+        "closure {}, which others agree with and the map does not: it may be right; where it is, "
+        "--trusted FILE, with it and the odometry",
+        rival);
+  }
+  return entry;
 }
 
 std::vector<double> agreement_values(const Health& health) {

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "libhybrid/selection/closure_agreement.h"
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/health/health.h"
 
@@ -18,6 +20,11 @@ Health agreement_health(const Agreement& detections, const Agreement& scans,
 
 /// Whether scans show the surfaces of the map that a session is in; nothing where none was in view.
 std::optional<HealthEntry> map_agreement_health(const Agreement& with_map);
+
+/// Whether closures of a pose graph that were measured far apart in time agree with the path, or
+/// with each other and against it; one that is not judged where no closure can be checked. `rival`
+/// names one of the latter. The times over which it goes are numbers of poses.
+HealthEntry closure_agreement_health(const ClosureAgreement& found, const std::string& rival);
 
 /// The values of the entries of agreement over time among all of a run.
 std::vector<double> agreement_values(const Health& health);

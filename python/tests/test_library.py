@@ -296,6 +296,11 @@ def test_objective_is_bounded(tmp_path):
     graph.add_edge("x0", "x15", h.SE2(50, 0, 0), noise)
     problem = h.to_robust_problem(graph, graph.values)
     result = h.select_closures(problem)
+    agreement = h.agreement_of_closures(problem, result.values, result.accepted)
+    assert agreement.rivals == 0 and agreement.agreeing + agreement.alone <= len(result.accepted)
+    assert agreement.agreeing == 0 or agreement.ratio == 1
+    with pytest.raises(h.Error):
+        h.agreement_of_closures(problem, result.values, result.accepted[1:])
     bound = h.bound_objective(problem, result.values, result.accepted)
     assert bound.gap == pytest.approx(result.objective - bound.bound, abs=1e-9) and bound.gap >= 0
     wrong = h.bound_objective(problem, result.values, ~result.accepted)

@@ -169,7 +169,7 @@ export function graphPage(data: GraphData): CompareView {
     orbit?.setOthers(others.strands());
     if (added) tabs.openNamed('Compare');
   });
-  const tabs: Tabs = new Tabs([{ name: 'Health', root: healthView(data.summary.health, data.summary.noise) }, { name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'Compare', root: compare.root }, { name: 'About', root: aboutView(data.summary) }]);
+  const tabs: Tabs = new Tabs([{ name: 'Health', root: healthView(data.summary.health, data.summary.noise, 'pose') }, { name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'Compare', root: compare.root }, { name: 'About', root: aboutView(data.summary) }]);
   const truth = data.summary.truth?.trajectory;
   const header = el('header', {}, el('h1', {}, data.title || 'Pose graph'), el('span', { class: 'quiet head-line' },
       `${data.summary.method}: ${data.after.x.length} poses, ${closures.i.length} closures` + (truth ? `, path rmse ${show(truth.rmse_m)} m` : '')),

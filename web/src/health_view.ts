@@ -33,15 +33,15 @@ export function healthHeadline(health: HealthEntry[]): string {
 }
 
 /** The value by stretches of the log: where a map goes wrong it dips. */
-function overTime(entry: HealthEntry): HTMLElement | null {
+function overTime(entry: HealthEntry, axis: string): HTMLElement | null {
   const samples = entry.over_time ?? [];
   if (samples.length < 2) return null;
-  return new Plot(entry.name, 'time [s]', samples.map(s => s.time - samples[0].time),
+  return new Plot(entry.name, axis, samples.map(s => s.time - samples[0].time),
       [{ label: 'value', values: samples.map(s => s.value), color: 'estimate' }]).root;
 }
 
 /** What the run says about itself, without truth, the worst first; and its noise. */
-export function healthView(health: HealthEntry[] = [], noise: NoiseRecord[] = []): HTMLElement {
+export function healthView(health: HealthEntry[] = [], noise: NoiseRecord[] = [], axis = 'time [s]'): HTMLElement {
   const root = el('div', { class: 'pane' });
   if (health.length) root.append(el('p', { class: 'health-headline' }, healthHeadline(health)));
   else root.append(el('p', { class: 'hint' }, 'This result has nothing that could be checked.'));
@@ -51,7 +51,7 @@ export function healthView(health: HealthEntry[] = [], noise: NoiseRecord[] = []
             el('span', { class: 'verdict' }, entry.verdict)),
         el('p', {}, entry.sentence),
         entry.verdict === 'not judged' ? null : el('p', { class: 'quiet' }, `${show(entry.value)}; expected ${expected(entry.expected) || 'anything'}`),
-        entry.knob ? el('p', { class: 'knob' }, `Look at: ${entry.knob}`) : '', overTime(entry)));
+        entry.knob ? el('p', { class: 'knob' }, `Look at: ${entry.knob}`) : '', overTime(entry, axis)));
   }
   const table = noiseView(noise);
   if (table) root.append(table);

@@ -34,6 +34,19 @@ TEST(AgreementHealth, IsBadOrDoubtfulWhereTheRatioAndItsSigmaAreBelowThatOfARigh
   EXPECT_EQ(verdict(0.95, 0.01), HealthVerdict::kDoubtful);
   EXPECT_EQ(verdict(0.8, 0.12), HealthVerdict::kDoubtful);
   EXPECT_EQ(verdict(0.8, 0.05), HealthVerdict::kBad);
+  EXPECT_EQ(verdict(0.3, 0.5), HealthVerdict::kBad);
+}
+
+// A map of nearly nothing, metres off.
+TEST(AgreementHealth, IsNotJudgedWhereItTellsNothing) {
+  for (const double ratio : {0.93, 1.2}) {
+    const HealthEntry entry = agreement_health(agreement(ratio, 0.3), {}).front();
+    EXPECT_EQ(entry.verdict, HealthVerdict::kNotJudged);
+  }
+  const HealthEntry entry = agreement_health(agreement(1.2, 0.55), {}).front();
+  EXPECT_TRUE(std::isnan(entry.value));
+  EXPECT_NE(entry.sentence.find("too unsure"), std::string::npos);
+  EXPECT_EQ(agreement_of({entry}), HealthVerdict::kBad);
 }
 
 TEST(AgreementHealth, HasAnEntryForDetectionsAndOneForScans) {
