@@ -8,6 +8,7 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -55,6 +56,8 @@ struct OtherObject {
 using LogObject =
     std::variant<LoggedActions, LoggedFrame, LoggedObservation, LoggedPoints, OtherObject>;
 
+class ParsedLogs;
+
 /// What is wanted of a log beyond what this program knows: odometry, poses of the robot, bearing
 /// and range, classed bearing and range, ranges to beacons, planar laser scans, satellite fixes.
 struct LogRequest {
@@ -63,6 +66,8 @@ struct LogRequest {
   std::vector<std::string> classes;
   /// The points of all observations and maps.
   bool points = false;
+  /// Where to find logs that were parsed before, and to keep this one; null: nowhere.
+  std::shared_ptr<ParsedLogs> parsed = nullptr;
 };
 
 }  // namespace hybrid

@@ -4,6 +4,8 @@
 #include "mrpt_plugins/rawlog/object_reader.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,6 +28,15 @@ AskedClasses asked_classes(const LogRequest& request) {
   return AskedClasses(request.classes);
 }
 
+/// Tells a file, as it is now, and what is asked of it from all others; empty for what is no file.
+std::string key_of(const LogInput& input, const LogRequest& request) {
+  struct stat file {};
+  if (!input.size() || ::fstat(input.descriptor(), &file) != 0) return {};
+  return fmt::format("{} {} {} {}.{} {} {}", file.st_dev, file.st_ino, file.st_size,
+                     file.st_mtim.tv_sec, file.st_mtim.tv_nsec, request.points,
+                     fmt::join(request.classes, " "));
+}
+
 }  // namespace
 
 ObjectReader::ObjectReader(const std::string& path, const LogRequest& request,
@@ -34,7 +45,13 @@ ObjectReader::ObjectReader(const std::string& path, const LogRequest& request,
       asked_(asked_classes(request)),
       limits_(parser_limits(input_.size())),
       records_(asked_, limits_.memory),
-      process_(input_.descriptor(), limits_, request, libraries) {}
+      logs_(request.parsed),
+      key_(key_of(input_, request)) {
+  if (logs_ && !key_.empty()) parsed_ = logs_->find(key_);
+  if (parsed_) return;
+  process_.emplace(input_.descriptor(), limits_, request, libraries);
+  if (logs_ && !key_.empty()) keeping_ = logs_->begin(*input_.size());
+}
 
 std::optional<LogObject> ObjectReader::next() {
   while (status_ == LogStatus::kReading) {
@@ -60,7 +77,7 @@ std::optional<LogRecord> ObjectReader::next_record() {
       finish(LogStatus::kCorrupt, fmt::format("the parser sent what is no record: {}", e.what()));
       return std::nullopt;
     }
-    const auto got = process_.read(bytes, is_started_ ? kObjectSeconds : kStartSeconds);
+    const auto got = read(bytes);
     if (got == ParserProcess::Got::kBytes) {
       records_.add(bytes);
     } else {
@@ -68,6 +85,18 @@ std::optional<LogRecord> ObjectReader::next_record() {
       return std::nullopt;
     }
   }
+}
+
+/// Some of what the parser tells, or told before.
+ParserProcess::Got ObjectReader::read(std::string& bytes) {
+  if (parsed_) {
+    bytes = parsed_->read(parsed_at_);
+    parsed_at_ += bytes.size();
+    return bytes.empty() ? ParserProcess::Got::kEnd : ParserProcess::Got::kBytes;
+  }
+  const auto got = process_->read(bytes, is_started_ ? kObjectSeconds : kStartSeconds);
+  if (got == ParserProcess::Got::kBytes && keeping_ && !keeping_->add(bytes)) keeping_.reset();
+  return got;
 }
 
 void ObjectReader::take(const LogRecord& record) {
@@ -83,6 +112,7 @@ void ObjectReader::take(const LogRecord& record) {
     if (end->has_trailing_bytes) {
       notes_.emplace_back("bytes behind the compressed log were left out");
     }
+    if (keeping_) logs_->keep(key_, std::move(keeping_));
     finish(end->status, end->reason);
   }
 }
@@ -106,7 +136,8 @@ void ObjectReader::finish_early(bool is_silent) {
            fmt::format("parsing it takes more than {} s{}", kObjectSeconds, object));
     return;
   }
-  switch (process_.wait()) {
+  if (!process_) throw Error(input_.name() + ": what was kept of it is cut off");
+  switch (process_->wait()) {
     case ParserProcess::Exit::kOutOfMemory:
       finish(LogStatus::kTooLarge,
              fmt::format("parsing it takes more than {} MB, which points to damage{}",
@@ -128,6 +159,7 @@ std::optional<double> ObjectReader::progress() const {
   const auto size = input_.size();
   if (status_ != LogStatus::kReading || size == 0) return 1.0;
   if (!size) return std::nullopt;
+  if (parsed_) return double(parsed_at_) / double(parsed_->size());
   const auto at =
       static_cast<double>(std::max<off_t>(0, ::lseek(input_.descriptor(), 0, SEEK_CUR)));
   return std::min(1.0, at / static_cast<double>(*size));

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/log_record.h"
 #include "mrpt_plugins/rawlog/log_status.h"
+#include "mrpt_plugins/rawlog/parsed_logs.h"
 #include "mrpt_plugins/rawlog/parser_process.h"
 
 namespace HYBRID_API hybrid {
@@ -24,7 +26,8 @@ namespace HYBRID_API hybrid {
 /// (parser_process.h, sandbox.h) that has the file, a pipe, limits on memory and time, and no other
 /// file, program or network. The file is read once, in bounded memory, and what is sound up to the
 /// first fault is given. Points that a log keeps in files beside it are read here, see
-/// detail/clouds_beside.h.
+/// detail/clouds_beside.h. Where a request has parsed logs, a file that is read again is taken from
+/// them.
 ///
 /// What comes back is trusted no more than the file. Odometry and the observations that this
 /// program knows are plain numbers, read by RecordReader; whoever takes over the other process can
@@ -57,6 +60,7 @@ class ObjectReader {
 
  private:
   std::optional<LogRecord> next_record();
+  ParserProcess::Got read(std::string& bytes);
   void take(const LogRecord& record);
   void finish(LogStatus status, const std::string& why);
   void finish_early(bool is_silent);
@@ -65,7 +69,12 @@ class ObjectReader {
   AskedClasses asked_;
   ParserLimits limits_;
   RecordReader records_;
-  ParserProcess process_;
+  std::optional<ParserProcess> process_;  // none where the log was parsed before
+  std::shared_ptr<ParsedLogs> logs_;      // null: it is not kept
+  std::string key_;                       // of this one in them
+  std::shared_ptr<const ParsedLog> parsed_;
+  std::uint64_t parsed_at_ = 0;  // bytes of parsed_ that were read
+  std::shared_ptr<ParsedLog> keeping_;
   LogStatus status_ = LogStatus::kReading;
   std::string message_;
   std::uint64_t objects_ = 0;

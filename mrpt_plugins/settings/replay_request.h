@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@
 #include "mrpt_plugins/drawing/image.h"
 
 namespace HYBRID_API hybrid {
+
+class ParsedLogs;
 
 /// A robot of several, as the command line names it.
 struct RequestedRobot {
@@ -37,6 +40,8 @@ struct ReplayRequest {
   bool stream = false;       ///< tell every keyframe as a line of JSON
   int frames = 0;            ///< pictures of the growing map, each a file; 0: none
   bool cross_check = false;  ///< map halves of the detections apart and compare them
+  /// Logs that were parsed before, where they may be read several times; null: they are not kept.
+  std::shared_ptr<ParsedLogs> parsed = nullptr;
 };
 
 }  // namespace hybrid

@@ -123,6 +123,7 @@ RobotSettings read_one(IniFile& ini, const ReplayRequest& request, ReplaySetting
                kPositiveLength);
   robot.source = read_source_options(ini);
   robot.source.reader.libraries = request.plugin_libraries;
+  robot.source.reader.request.parsed = request.parsed;
   settings.map = read_map_options(ini, request);
   robot.start = settings.map.start;
   robot.options.motion = read_motion_options(ini);
@@ -327,7 +328,8 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
     if (!plugin) plugin = make_plugin(name, ini);
     return plugin;
   };
-  if (!is_auto(names)) {
+  const bool automatic = is_auto(names);
+  if (!automatic) {
     for (const std::string& name : names) settings.plugins.push_back(make(name));
   }
   for (const std::string& name : registered_plugins()) {
@@ -338,13 +340,11 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
     ini.section("log").fail("rawlog", "names no log, and neither does the command line");
   }
   for (const RobotSettings& robot : settings.robots) {
-    if (is_standard_input(robot.rawlog)) {
-      reject_second_reading(request, robot.source, is_auto(names));
-    }
+    if (is_standard_input(robot.rawlog)) reject_second_reading(request, robot.source, automatic);
   }
   const LogContents contents =
-      read_logs(settings, is_auto(names) || fix_source_of(settings.plugins) != nullptr);
-  if (is_auto(names)) {
+      read_logs(settings, automatic || fix_source_of(settings.plugins) != nullptr);
+  if (automatic) {
     settings.chosen = choose_plugins(contents);
     for (const std::string& name : settings.chosen) settings.plugins.push_back(make(name));
   }
@@ -358,7 +358,7 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   measure_receivers(settings);
   space_keyframes(ini, settings);
   settings.keeps_scans = keeps_scans(scans, settings);
-  choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);
+  choose_plugins_of_robots(ini, automatic ? settings.chosen : names, settings);
   return settings;
 }
 

@@ -3,13 +3,16 @@
 
 #include "mrpt_plugins/rawlog/object_reader.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <memory>
 #include <random>
+#include <utility>
 
 #include "libhybrid/core/error.h"
 #include "tests/mrpt_plugins/input/log_files.h"
@@ -76,6 +79,52 @@ TEST(ObjectReader, CompleteLogs) {
   EXPECT_EQ(trailing.status, LogStatus::kComplete);
   EXPECT_EQ(trailing.objects, 60U);
   EXPECT_EQ(trailing.notes.size(), 1U);
+}
+
+/// The same bytes of another content, with the time of the last change of before.
+void overwrite_secretly(const std::string& path) {
+  struct stat before {};
+  ASSERT_EQ(::stat(path.c_str(), &before), 0);
+  write_bytes(path, std::string(static_cast<std::size_t>(before.st_size), 'x'));
+  const timespec times[] = {before.st_atim, before.st_mtim};
+  ASSERT_EQ(::utimensat(AT_FDCWD, path.c_str(), times, 0), 0);
+}
+
+TEST(ObjectReader, ParsesALogOnceWhereItIsKept) {
+  const TemporaryFile file("kept.rawlog");
+  write_bytes(file.path(), Sample().compressed);
+  LogRequest request;
+  request.parsed = std::make_shared<ParsedLogs>();
+  const auto read = [&](LogRequest wanted) {
+    ObjectReader reader(file.path(), wanted);
+    while (reader.next()) {
+    }
+    EXPECT_EQ(reader.progress(), std::make_optional(1.0));
+    return std::make_pair(reader.status(), reader.objects());
+  };
+  const auto whole = std::make_pair(LogStatus::kComplete, std::uint64_t{60});
+  ObjectReader given_up(file.path(), request);
+  given_up.next();  // what was not read to its end is not kept
+  EXPECT_EQ(read(request), whole);
+  overwrite_secretly(file.path());
+  EXPECT_EQ(read(request), whole);
+  EXPECT_EQ(read({}).first, LogStatus::kNotARawlog);
+  LogRequest other = request;
+  other.points = true;
+  EXPECT_EQ(read(other).first, LogStatus::kNotARawlog);
+  write_bytes(file.path(), Sample().plain);  // another file of that name
+  EXPECT_EQ(read(request), whole);
+}
+
+TEST(ParsedLogs, KeepNoMoreThanTheirBudget) {
+  ParsedLog small(10);
+  EXPECT_TRUE(small.add("0123456"));
+  EXPECT_EQ(small.read(2), "23456");
+  EXPECT_EQ(small.read(7), "");
+  EXPECT_FALSE(small.add("7890"));
+  EXPECT_FALSE(small.add("7"));
+  EXPECT_EQ(ParsedLogs().begin(std::uint64_t{2} << 30), nullptr);
+  EXPECT_EQ(ParsedLogs().find("log"), nullptr);
 }
 
 TEST(ObjectReader, MissingFilesAndFoldersThrow) {
