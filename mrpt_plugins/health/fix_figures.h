@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "mrpt_plugins/health/health.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
 namespace HYBRID_API hybrid {
@@ -21,11 +22,17 @@ struct FixFigures {
   std::size_t bias_runs = 0;
   double longest_bias = 0;  ///< run of biased fixes [s]
   double bias_share = 0;    ///< of the time, within such runs
+
+  /// Share of those in the map.
+  double wrong_share() const { return used > 0 ? double(wrong) / double(used) : 0; }
 };
 
 /// A false fix does not end a run. Between two fixes of different kind a run ends halfway.
 /// Intervals of more than a minute without fixes end a run and do not count: errors are forgotten
 /// by then.
 FixFigures fix_figures(const MapResult& result);
+
+/// The verdict on the share of false fixes; not judged where they are few, or taken without modes.
+HealthVerdict verdict_on_false(const FixFigures& fixes);
 
 }  // namespace hybrid

@@ -67,11 +67,13 @@ std::string wrong_fixes(const FixFigures& fixes) {
   return out + '.';
 }
 
+bool are_judged(const FixFigures& fixes) {
+  return fixes.used >= kFewestFixes && fixes.asks_modes;
+}
+
 HealthEntry fix_entry(const char* name, double value, const UpperLimits& limits,
                       const FixFigures& fixes, const std::string& sentence, const char* knob) {
-  if (fixes.used >= kFewestFixes && fixes.asks_modes) {
-    return judged_entry(name, value, limits, sentence, knob);
-  }
+  if (are_judged(fixes)) return judged_entry(name, value, limits, sentence, knob);
   HealthEntry entry;
   entry.name = name;
   entry.value = std::numeric_limits<double>::quiet_NaN();
@@ -112,13 +114,15 @@ FixFigures fix_figures(const MapResult& result) {
   return out;
 }
 
+HealthVerdict verdict_on_false(const FixFigures& fixes) {
+  return are_judged(fixes) ? judge(fixes.wrong_share(), kFalseLimits) : HealthVerdict::kNotJudged;
+}
+
 void check_fixes(const RunFacts& facts, Health& health) {
   const FixFigures fixes = fix_figures(facts.run.result);
   if (fixes.count == 0) return;
-  const double share =
-      fixes.used > 0 ? static_cast<double>(fixes.wrong) / static_cast<double>(fixes.used) : 0;
   health.push_back(
-      fix_entry("false fixes", share, kFalseLimits, fixes, wrong_fixes(fixes),
+      fix_entry("false fixes", fixes.wrong_share(), kFalseLimits, fixes, wrong_fixes(fixes),
                 "clock of the receiver, and where its antenna is on the robot; the path, which "
                 "other checks ask about; [Fixes] sigma, if all fixes scatter by more"));
   health.push_back(fix_entry(

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "mrpt_plugins/health/agreement.h"
 #include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/job/detail/attempt.h"
+#include "mrpt_plugins/rawlog/parsed_logs.h"
 #include "mrpt_plugins/session/remedies.h"
 
 namespace hybrid {
@@ -97,48 +99,6 @@ void add_once(const std::vector<std::string>& more, std::vector<std::string>& wa
   }
 }
 
-/// The requests to coarsen: that of the map which was taken and, if it has settings that a map told
-/// whose associations may have been wrong, the one without these.
-std::vector<ReplayRequest> to_coarsen(const ReplayRequest& request, const ReplayRequest& taken) {
-  const ReplayRequest measured = Remedies().apply(request);
-  if (taken.settings == request.settings || taken.settings == measured.settings) return {taken};
-  return {taken, measured};
-}
-
-/// Where landmarks are not found again, or mapped twice, which detection is of which landmark was
-/// decided finer than could be told. Landmarks get an extent: the least with which what was bad is
-/// good. If there is none, the maps are compared with each other. No check may be bad that is
-/// clearly worse than that of the `first` map.
-void map_coarsely(const ReplayRequest& request, const Health& first, Attempts& attempts,
-                  Attempt& taken) {
-  const char* check = too_fine(taken.outcome.summary.health);
-  if (check == nullptr) return;
-  const auto is_good = [&](const Health& made, const Health& before) {
-    return is_good_by(check, made) && !has_spoilt(made, before);
-  };
-  std::vector<ReplayRequest> requests{taken.request};
-  std::vector<Trajectory> paths{taken.path};
-  const Summary fine = taken.outcome.summary;
-  for (const ReplayRequest& given : to_coarsen(request, taken.request)) {
-    for (const ReplayRequest& coarse : coarser(given, fine)) {
-      Attempt next = attempts.make(coarse, {&first, is_good, false, false});
-      const bool is_good_one = next.is_written;
-      // it was not given up, and is more than dead reckoning
-      const bool is_whole = !next.path.empty() && next.outcome.summary.landmarks > 0;
-      if (is_whole && !is_good_one && !has_spoilt(next.outcome.summary.health, first)) {
-        requests.push_back(coarse);
-        paths.push_back(next.path);
-      }
-      if (!take(std::move(next), taken) || is_good_one) return;
-    }
-  }
-  const std::size_t best = first_of_agreeing(paths);
-  const auto is_any = [](const Health&, const Health&) { return true; };
-  if (best > 0) {
-    take(attempts.make(requests[best], {&first, is_any, false, false}), taken);
-  }
-}
-
 /// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes a
 /// map that is better. A doubtful map is made again where sign, clock or mounting of a sensor, or
 /// what ids are, is not as stated.
@@ -171,9 +131,9 @@ void map_as_measured(const ReplayRequest& request, Attempts& attempts, Attempt& 
   }
 }
 
-/// Makes other maps of a log whose map is bad, until one is not.
-void draw(const std::vector<ReplayRequest>& others, Attempts& attempts, Attempt& taken) {
-  for (const ReplayRequest& other : others) {
+/// Makes other maps of logs whose map is bad, until one is not.
+void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
+  for (const ReplayRequest& other : draws(request, taken.request, taken.outcome.summary)) {
     const Health before = taken.outcome.summary.health;
     if (taken.outcome.signal != 0 || worst(before) != HealthVerdict::kBad) return;
     take(attempts.make(other, {&before, agrees_better}), taken);
@@ -201,20 +161,19 @@ void tell_draws(const std::vector<DrawSummary>& draws, ReplayOutcome& outcome) {
 
 }  // namespace
 
-ReplayOutcome replay(const ReplayRequest& request,
+ReplayOutcome replay(const ReplayRequest& asked,
                      const std::function<void(const ReplayProgress&)>& progress,
                      const std::function<void(const ReplayOutcome&)>& published) {
   const auto start = std::chrono::steady_clock::now();
+  ReplayRequest request = asked;
+  request.parsed = std::make_shared<ParsedLogs>();
   const Watchers watchers{progress, published};
   Attempt taken = attempt(request, watchers, start, {});
   if (!taken.may_measure) return std::move(taken.outcome);
   Attempts attempts(watchers, start, taken);
   try {
-    const Health first = taken.outcome.summary.health;
     map_as_measured(request, attempts, taken);
-    draw(following_longer(request, taken.outcome.summary), attempts, taken);
-    if (taken.outcome.signal == 0) map_coarsely(request, first, attempts, taken);
-    draw(sparser(request, taken.outcome.summary), attempts, taken);
+    draw(request, attempts, taken);
     if (taken.outcome.signal == 0) map_without_fixes(attempts, taken);
   } catch (const Interrupted& e) {
     taken.outcome.signal = e.signal();

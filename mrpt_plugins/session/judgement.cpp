@@ -116,6 +116,12 @@ Health compare_halves(const HalfMap& a, const HalfMap& b) {
   return {entry};
 }
 
+/// How far the value of a check is from its limits, a factor; at most 1 within them.
+double departure(const HealthEntry& entry) {
+  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
+  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
+}
+
 /// How far from its limits the value of a bad entry is; 0: it is not bad.
 double badness(const HealthEntry& entry) {
   return entry.verdict == HealthVerdict::kBad ? departure(entry) : 0;
@@ -130,11 +136,6 @@ double badness(const Health& health, const std::string& name) {
 }
 
 }  // namespace
-
-double departure(const HealthEntry& entry) {
-  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
-  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
-}
 
 bool is_better(const Health& a, const Health& b) {
   const HealthVerdict level = worst(b);

@@ -16,9 +16,6 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
                  double repeated_stamps, const Mapper& mapper, const MapResult& result,
                  Health agreement);
 
-/// How far the value of a check is from its limits, a factor; at most 1 within them.
-double departure(const HealthEntry& entry);
-
 /// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
 /// where none of the other's is bad, fewer are doubtful. One that fewer checks ask of is not.
 bool is_better(const Health& a, const Health& b);

@@ -9,15 +9,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/initialization/direction_tracker.h"
 #include "libhybrid/io/parse_number.h"
-#include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/health/agreement.h"
+#include "mrpt_plugins/health/fix_figures.h"
 #include "mrpt_plugins/session/judgement.h"
 
 namespace hybrid {
@@ -26,8 +26,6 @@ namespace {
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
 constexpr const char* kAllDetections = "keyframes.tracklets=yes";  // also between keyframes
 constexpr const char* kSigma = "detection_sigma_m";                // of BearingRangeAssociation
-constexpr const char* kFoundAgain = "landmarks seen at one time only";
-constexpr const char* kCopies = "copies of landmarks";
 /// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
 /// landmark it is, up to where it tells next to nothing.
 constexpr std::array<double, 3> kExtents{1, 2, 4};
@@ -36,12 +34,8 @@ constexpr std::array<double, 3> kExtents{1, 2, 4};
 /// where few keyframes are left of a drive past a thing.
 constexpr std::array<double, 3> kIntervals{0.5, 1, 2};
 
-/// A check is clearly worse where its value is so many times as far from its limits. Odometry that
-/// is stated too sure lets every map that is not in pieces depart from it by more than that one.
-constexpr double kSpoilt = 2;
-constexpr double kSameTime = 1e-3;  // [s]
-
-/// Shares of agreement that tell which of two bad maps is the better one; its usual sigma.
+/// Shares of agreement that tell which of two maps that are not good is the better one; its usual
+/// sigma.
 constexpr double kClearly = 0.05;
 
 /// As long as odometry tells where a thing must be [s]: what AgreementOptions calls soon.
@@ -78,18 +72,6 @@ bool may_be_calibrated(const HealthEntry& entry) {
   return entry.scale == kOdometryNoise && entry.value > 1;
 }
 
-/// The entry of a check; none where it was not made.
-const HealthEntry* find_entry(const Health& health, const std::string& name) {
-  const auto it = std::find_if(health.begin(), health.end(),
-                               [&](const HealthEntry& entry) { return entry.name == name; });
-  return it == health.end() ? nullptr : &*it;
-}
-
-bool is_bad(const Health& health, const char* check) {
-  const HealthEntry* entry = find_entry(health, check);
-  return entry != nullptr && entry->verdict == HealthVerdict::kBad;
-}
-
 /// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
 /// detections find their landmarks; else none.
 std::optional<double> sigma_to_coarsen(const Summary& summary) {
@@ -105,66 +87,13 @@ bool has_directions(const Summary& summary) {
   return summary.statistics.count("directions") != 0;
 }
 
-}  // namespace
-
-bool Remedies::add(const Health& health, const IniFile::Settings& configuration) {
-  bool changed = false;
-  for (const HealthEntry& entry : health) {
-    if (entry.verdict != HealthVerdict::kBad) continue;
-    if (may_be_calibrated(entry) && !calibration_was_tried) {
-      calibrates = calibration_was_tried = changed = true;
-    } else if (!entry.scale.empty()) {
-      factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
-          entry.value;
-      changed = true;
-    }
-  }
-  return changed;
-}
-
-ReplayRequest Remedies::apply(ReplayRequest request) const {
-  request.settings.emplace_back("sensor.noise=measured");
-  if (calibrates) request.settings.emplace_back("calibration.odometry=yes");
-  for (const auto& [key, factor] : factors) {
-    request.settings.push_back(fmt::format("{}={}", key, factor));
-  }
-  return request;
-}
-
-const char* too_fine(const Health& health) {
-  for (const char* check : {kFoundAgain, kCopies}) {
-    if (is_bad(health, check)) return check;
-  }
-  return nullptr;
-}
-
-bool is_good_by(const char* check, const Health& health) {
-  const HealthEntry* asked = find_entry(health, check);
-  return asked != nullptr && asked->verdict == HealthVerdict::kGood &&
-         find_entry(health, kFoundAgain) != nullptr && !is_bad(health, kFoundAgain);
-}
-
-std::size_t first_of_agreeing(const std::vector<Trajectory>& paths) {
-  std::size_t first = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t a = 0; a < paths.size(); ++a) {
-    for (std::size_t b = a + 1; b < paths.size(); ++b) {
-      const auto pairs = pair_by_time(paths[a], paths[b], kSameTime);
-      const double apart = trajectory_report(pairs, TruthContent::kPositions).aligned.rmse_m;
-      if (!(apart < least)) continue;
-      least = apart;
-      first = a;
-    }
-  }
-  return first;
-}
-
-bool has_spoilt(const Health& a, const Health& b) {
-  return std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
-    if (entry.verdict != HealthVerdict::kBad) return false;
-    const HealthEntry* before = find_entry(b, entry.name);
-    return before == nullptr || departure(entry) > kSpoilt * departure(*before);
-  });
+/// The requests to coarsen: that of the map which was taken, and the one with what was measured
+/// alone. Associations that may have been wrong have told what else the former has, and a map that
+/// was too fine may have been worse for what was measured.
+std::vector<ReplayRequest> to_coarsen(const ReplayRequest& request, const ReplayRequest& taken) {
+  const ReplayRequest measured = Remedies().apply(request);
+  if (taken.settings == measured.settings) return {taken};
+  return {taken, measured};
 }
 
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary) {
@@ -207,12 +136,48 @@ std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& 
   return out;
 }
 
+}  // namespace
+
+bool Remedies::add(const Health& health, const IniFile::Settings& configuration) {
+  bool changed = false;
+  for (const HealthEntry& entry : health) {
+    if (entry.verdict != HealthVerdict::kBad) continue;
+    if (may_be_calibrated(entry) && !calibration_was_tried) {
+      calibrates = calibration_was_tried = changed = true;
+    } else if (!entry.scale.empty()) {
+      factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
+          entry.value;
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+ReplayRequest Remedies::apply(ReplayRequest request) const {
+  request.settings.emplace_back("sensor.noise=measured");
+  if (calibrates) request.settings.emplace_back("calibration.odometry=yes");
+  for (const auto& [key, factor] : factors) {
+    request.settings.push_back(fmt::format("{}={}", key, factor));
+  }
+  return request;
+}
+
+std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayRequest& taken,
+                                 const Summary& summary) {
+  std::vector<ReplayRequest> out = following_longer(request, summary);
+  for (const ReplayRequest& given : to_coarsen(request, taken)) {
+    for (ReplayRequest& coarse : coarser(given, summary)) out.push_back(std::move(coarse));
+  }
+  for (ReplayRequest& sparse : sparser(request, summary)) out.push_back(std::move(sparse));
+  return out;
+}
+
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary) {
-  const HealthEntry* wrong = find_entry(summary.health, "false fixes");
-  const HealthEntry* agreement = find_entry(summary.health, "agreement over time");
-  const bool is_judged = agreement != nullptr && agreement->verdict != HealthVerdict::kNotJudged;
+  const std::vector<double> agreement = agreement_values(summary.health);
+  const bool is_judged = std::any_of(agreement.begin(), agreement.end(),
+                                     [](double value) { return std::isfinite(value); });
   const bool agrees = !is_judged || agreement_of(summary.health) == HealthVerdict::kGood;
-  const bool is_false = wrong != nullptr && wrong->verdict == HealthVerdict::kBad;
+  const bool is_false = verdict_on_false(summary.fixes) == HealthVerdict::kBad;
   if (summary.fixes.used == 0 || (agrees && !is_false)) return std::nullopt;
   const std::string chosen = fmt::format("{}", fmt::join(summary.chosen_plugins, " "));
   std::istringstream names(
@@ -230,7 +195,7 @@ bool agrees_better(const Health& a, const Health& b) {
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
   if (of_a != of_b) return of_a < of_b;
   const double gain = least_agreement(a) - least_agreement(b);
-  if (of_a == HealthVerdict::kBad && std::abs(gain) > kClearly) return gain > 0;
+  if (of_a != HealthVerdict::kGood && std::abs(gain) > kClearly) return gain > 0;
   return is_better(a, b);
 }
 

@@ -5,13 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 namespace hybrid {
 namespace {
 
-constexpr const char* kFoundAgain = "landmarks seen at one time only";
-constexpr const char* kCopies = "copies of landmarks";
 constexpr const char* kAllDetections = "keyframes.tracklets=yes";
 constexpr const char* kOdometry = "reader.odometry_sigma_factor";
 
@@ -57,82 +56,37 @@ TEST(Remedies, WhatIsNoNumberInTheConfigurationCountsAsOne) {
   }
 }
 
-TEST(Coarser, IsAskedOfLandmarksThatAreLostBeforeThoseThatAreCopied) {
-  EXPECT_EQ(too_fine({check(kFoundAgain, 3), check("a", 9)}), nullptr);
-  EXPECT_STREQ(too_fine({check(kCopies, 9), check(kFoundAgain, 9)}), kFoundAgain);
-  EXPECT_STREQ(too_fine({check(kCopies, 9), check(kFoundAgain, 1)}), kCopies);
-}
-
-TEST(Coarser, IsGoodOnlyWhereLandmarksAreNotLostEither) {
-  EXPECT_TRUE(is_good_by(kFoundAgain, {check(kFoundAgain, 1)}));
-  EXPECT_FALSE(is_good_by(kFoundAgain, {check(kFoundAgain, 3)}));  // doubtful
-  EXPECT_FALSE(is_good_by(kFoundAgain, {}));  // where nothing was asked, nothing is good
-  EXPECT_TRUE(is_good_by(kCopies, {check(kFoundAgain, 3), check(kCopies, 1)}));
-  EXPECT_FALSE(is_good_by(kCopies, {check(kFoundAgain, 9), check(kCopies, 1)}));
-  EXPECT_FALSE(is_good_by(kCopies, {check(kCopies, 1)}));
-}
-
-/// A way of ten metres that turns by so much at each step, from a start of its own.
-Trajectory way(double turn, double start = 0) {
-  Trajectory out;
-  mrpt::poses::CPose3D pose(start, -start, 0, start, 0, 0);
-  for (int i = 0; i < 10; ++i) {
-    out.push_back({static_cast<double>(i), pose});
-    pose = pose + mrpt::poses::CPose3D(1, 0, 0, turn, 0, 0);
-  }
-  return out;
-}
-
-// Two ways to one map seldom lead to the same wrong one.
-TEST(Agreement, IsOfTheTwoPathsThatAreMostAlikeWhereverTheyBegin) {
-  EXPECT_EQ(first_of_agreeing({}), 0U);
-  EXPECT_EQ(first_of_agreeing({way(0.1)}), 0U);
-  EXPECT_EQ(first_of_agreeing({way(0.5), way(0.1), way(-0.3), way(0.12, 2)}), 1U);
-  EXPECT_EQ(first_of_agreeing({way(0.1), way(0.12, 2), way(0.5)}), 0U);
-  Trajectory other_times = way(0.5);
-  for (auto& pose : other_times) pose.time += 0.5;
-  EXPECT_EQ(first_of_agreeing({other_times, way(0.5), way(0.4), way(0)}), 1U);
-}
-
-// Landmarks that are found again are worth no other check that turns bad.
-TEST(Coarser, MaySpoilNoOtherCheck) {
-  const Health before{check(kFoundAgain, 9), check("path", 1)};
-  EXPECT_FALSE(has_spoilt({check(kFoundAgain, 8), check("path", 1)}, before));
-  EXPECT_TRUE(has_spoilt({check(kFoundAgain, 1), check("path", 9)}, before));
-  EXPECT_TRUE(has_spoilt({check("scale", 9)}, before));
-  EXPECT_FALSE(has_spoilt({check("path", 9)}, {check("path", 8)}));
-  EXPECT_FALSE(has_spoilt({check("path", 4.2)}, {check("path", 3.5)}));  // doubtful before, and bad
-  EXPECT_TRUE(has_spoilt({check("path", 4.2)}, {check("path", 1.9)}));
-  EXPECT_FALSE(has_spoilt({check("path", 3.9)}, {check("path", 1)}));  // not bad
-}
-
-TEST(Coarser, GivesLandmarksExtentsInSigmasOfADetection) {
+TEST(Draws, GiveLandmarksExtentsInSigmasOfADetection) {
   Summary summary;
   summary.statistics["detection_sigma_m"] = 0.25;
   summary.provenance.configuration = {
       {"BearingRangeAssociation", {{"method", "hypotheses"}, {"extent", "0"}}}};
   ReplayRequest request;
   request.settings = {"a.b=c"};
-  const std::vector<ReplayRequest> out = coarser(request, summary);
-  ASSERT_EQ(out.size(), 3U);
+  const std::vector<ReplayRequest> out = draws(request, request, summary);
+  ASSERT_EQ(out.size(), 6U);  // as it is, and measured
   EXPECT_EQ(out[0].settings,
             (std::vector<std::string>{"a.b=c", "BearingRangeAssociation.method=jcbb",
                                       "BearingRangeAssociation.extent=0.25", kAllDetections}));
   EXPECT_EQ(out[2].settings[2], "BearingRangeAssociation.extent=1");
+  EXPECT_EQ(out[3].settings[1], "sensor.noise=measured");
   summary.provenance.configuration[0].second[0].second = "jcbb";  // the user chose
-  EXPECT_TRUE(coarser(request, summary).empty());
+  EXPECT_TRUE(draws(request, request, summary).empty());
   summary.provenance.configuration[0].second = {{"method", "hypotheses"}, {"extent", "0.5"}};
-  EXPECT_TRUE(coarser(request, summary).empty());
+  EXPECT_TRUE(draws(request, request, summary).empty());
   summary.provenance.configuration[0].second[1].second = "0 1";  // of a class
-  EXPECT_TRUE(coarser(request, summary).empty());
+  EXPECT_TRUE(draws(request, request, summary).empty());
   summary.provenance.configuration[0].second[1].second = "0";
   summary.statistics.clear();
-  EXPECT_TRUE(coarser(request, summary).empty());
+  EXPECT_TRUE(draws(request, request, summary).empty());
 }
 
 HealthEntry agreement(HealthVerdict verdict) {
   HealthEntry entry = check("agreement over time", 1);
   entry.verdict = verdict;
+  if (verdict == HealthVerdict::kNotJudged) {
+    entry.value = std::numeric_limits<double>::quiet_NaN();
+  }
   return entry;
 }
 
@@ -150,10 +104,11 @@ TEST(AgreesBetter, AsksTheAgreementOverTimeFirst) {
 TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
   Summary summary;
   summary.fixes.used = 100;
+  summary.fixes.asks_modes = true;
   summary.chosen_plugins = {"BearingRangeKnownIds", "Fixes"};
   const auto asked = [&](HealthVerdict over_time, double share_false) {
-    summary.health = {agreement(over_time),
-                      judged_entry("false fixes", share_false, {0.05, 0.2}, "", "")};
+    summary.health = {agreement(over_time)};
+    summary.fixes.wrong = static_cast<std::size_t>(std::lround(share_false * 100));
     return without_fixes({}, summary);
   };
   EXPECT_FALSE(asked(HealthVerdict::kGood, 0.1));
@@ -172,22 +127,40 @@ TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
   EXPECT_FALSE(asked(HealthVerdict::kBad, 0));
 }
 
-TEST(Sparser, IsForDetectionsWhoseIntervalNobodyChose) {
+TEST(Draws, BeginWithWhatTheTakenMapHadAndEndWithFewerKeyframes) {
+  Summary summary;
+  summary.statistics["detection_sigma_m"] = 0.25;
+  summary.provenance.configuration = {
+      {"BearingRangeAssociation", {{"method", "hypotheses"}, {"extent", "0"}}},
+      {"keyframes", {{"min_time", "0"}}}};
+  ReplayRequest taken;
+  taken.settings = {"reader.odometry_sigma_factor=3"};
+  const std::vector<ReplayRequest> out = draws({}, taken, summary);
+  ASSERT_EQ(out.size(), 9U);
+  EXPECT_EQ(out[0].settings.front(), "reader.odometry_sigma_factor=3");
+  EXPECT_EQ(out[2].settings.front(), "reader.odometry_sigma_factor=3");
+  EXPECT_EQ(out[3].settings.front(), "sensor.noise=measured");
+  EXPECT_EQ(out[5].settings[2], "BearingRangeAssociation.extent=1");
+  EXPECT_EQ(out[6].settings,
+            (std::vector<std::string>{"sensor.noise=measured", "keyframes.min_time=0.5"}));
+}
+
+TEST(Draws, AreSparserWhereTheLogIsOfDetectionsWhoseIntervalNobodyChose) {
   Summary summary;
   summary.statistics["detection_sigma_m"] = 0.1;
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
-  const std::vector<ReplayRequest> sparse = sparser({}, summary);
+  const std::vector<ReplayRequest> sparse = draws({}, {}, summary);
   ASSERT_EQ(sparse.size(), 3U);
   EXPECT_EQ(sparse[1].settings,
             (std::vector<std::string>{"sensor.noise=measured", "keyframes.min_time=1"}));
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0.2"}}}};
-  EXPECT_TRUE(sparser({}, summary).empty());
+  EXPECT_TRUE(draws({}, {}, summary).empty());
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
   summary.statistics.clear();  // of scans
-  EXPECT_TRUE(sparser({}, summary).empty());
+  EXPECT_TRUE(draws({}, {}, summary).empty());
 }
 
-TEST(FollowingLonger, IsForDirectionsWhoseMemoryNobodyChose) {
+TEST(Draws, FollowLongerWhereTheLogIsOfDirectionsWhoseMemoryNobodyChose) {
   Summary summary;
   summary.statistics = {{"detection_sigma_m", 0.1}, {"directions", 100}};
   const auto configure = [&](const char* memory) {
@@ -196,16 +169,15 @@ TEST(FollowingLonger, IsForDirectionsWhoseMemoryNobodyChose) {
         {"keyframes", {{"min_time", "0"}}}};
   };
   configure("2");
-  const std::vector<ReplayRequest> longer = following_longer({}, summary);
+  const std::vector<ReplayRequest> longer = draws({}, {}, summary);
   ASSERT_EQ(longer.size(), 2U);
   EXPECT_EQ(longer[0].settings, (std::vector<std::string>{"BearingRangeAssociation.memory=20"}));
   EXPECT_EQ(longer[1].settings.size(), 2U);
-  EXPECT_TRUE(sparser({}, summary).empty());
   configure("5");
-  EXPECT_TRUE(following_longer({}, summary).empty());
+  EXPECT_TRUE(draws({}, {}, summary).empty());
   configure("2");
   summary.statistics.erase("directions");
-  EXPECT_TRUE(following_longer({}, summary).empty());
+  EXPECT_EQ(draws({}, {}, summary).size(), 3U);  // sparser ones
 }
 
 HealthEntry of_agreement(double value) {
