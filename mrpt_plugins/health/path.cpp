@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/isometry.h"
@@ -310,10 +312,30 @@ void check_calibration(const RunFacts& facts, Health& health) {
   }
 }
 
+/// A log without any odometry is one of a sensor that tells the motion.
+void check_missing(const RunFacts& facts, Health& health) {
+  const auto missing = facts.run.dropped.find(kOdometryMissing);
+  if (missing == facts.run.dropped.end()) return;
+  if (2 * missing->second > facts.run.result.trajectory.size()) return;
+  HealthEntry entry;
+  entry.name = "motion that is not known";
+  entry.value = static_cast<double>(missing->second);
+  entry.verdict = facts.run.agrees ? HealthVerdict::kGood : HealthVerdict::kDoubtful;
+  entry.sentence = fmt::format(
+      "The odometry tells no motion to {} keyframes, as where it starts anew or is missing.",
+      missing->second);
+  entry.most = facts.run.agrees ? kInfinity : 0;
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob = "whether the robot was where the path continues, or had been carried there";
+  }
+  health.push_back(std::move(entry));
+}
+
 }  // namespace
 
 void check_path(const RunFacts& facts, Health& health) {
   check_calibration(facts, health);
+  check_missing(facts, health);
   if (!facts.marginals) return;
   const Correction correction = correction_of(facts);
   if (correction.stretches >= kFewestStretches && correction.redundancy > kLeastRedundancyOfPath) {

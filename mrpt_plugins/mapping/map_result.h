@@ -24,6 +24,9 @@
 
 namespace HYBRID_API hybrid {
 
+/// The reason under which steps without odometry are counted.
+inline constexpr const char* kOdometryMissing = "odometry missing: robot taken to stand still";
+
 /// One landmark of the map: mean (m) and covariance (m^2) in the map frame, and class.
 struct LandmarkEstimate {
   std::int64_t id = 0;

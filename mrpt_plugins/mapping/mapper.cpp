@@ -174,7 +174,7 @@ std::optional<BackendReport> Mapper::update_by(Motion& motion, bool is_measured,
 /// The motion to a new pose. Unusable odometry is dropped.
 Mapper::Motion Mapper::predict(Keyframe& keyframe) {
   if (!robot().poses.empty() && !keyframe.odometry) {
-    ++dropped_["odometry missing: robot taken to stand still"];
+    ++dropped_[kOdometryMissing];
   }
   try {
     return predict_from(keyframe.odometry ? &*keyframe.odometry : nullptr);

@@ -19,7 +19,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string objects =
       folder.write("odom.txt", "0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0 1\n");
   fuzz::Input input(data, size);
-  const std::size_t reader = input.choose(11);
+  const std::size_t reader = input.choose(12);
   const char* name = reader == 1 ? "a.tum" : reader == 9 ? "det_cup.txt" : "a.txt";
   const std::string path = folder.write(name, input.rest());
   fuzz::allow_error([&] {
@@ -44,6 +44,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         return void(read_true_poses(path, path, {Key('x', 0)}));
       case 10:
         return void(read_true_movers(path));
+      case 11:
+        return void(read_true_fixes(path));
       default:
         return void(read_object_sequence(std::filesystem::path(path).parent_path()));
     }
