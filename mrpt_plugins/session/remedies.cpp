@@ -50,6 +50,26 @@ double least_agreement(const Health& health) {
   return std::isfinite(least) ? least : 0;
 }
 
+/// Whether the agreement over time of a map was judged.
+bool is_judged(const Health& health) {
+  const std::vector<double> values = agreement_values(health);
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+/// Whether a map whose agreement is not judged is right by its other checks, of which there are as
+/// many as of another map.
+bool is_right_without(const Health& a, const Health& other) {
+  const auto others = [](const Health& health) {
+    const std::vector<double> agreement = agreement_values(health);
+    const auto all = std::count_if(health.begin(), health.end(), [](const HealthEntry& entry) {
+      return entry.verdict != HealthVerdict::kNotJudged;
+    });
+    return all - std::count_if(agreement.begin(), agreement.end(),
+                               [](double value) { return std::isfinite(value); });
+  };
+  return worst(a) < HealthVerdict::kBad && others(a) > 0 && others(a) >= others(other);
+}
+
 /// What section.key of a configuration is; empty where it has none.
 std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
   for (const auto& [section, keys] : configuration) {
@@ -173,10 +193,8 @@ std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayReque
 }
 
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary) {
-  const std::vector<double> agreement = agreement_values(summary.health);
-  const bool is_judged = std::any_of(agreement.begin(), agreement.end(),
-                                     [](double value) { return std::isfinite(value); });
-  const bool agrees = !is_judged || agreement_of(summary.health) == HealthVerdict::kGood;
+  const bool agrees =
+      !is_judged(summary.health) || agreement_of(summary.health) == HealthVerdict::kGood;
   const bool is_false = verdict_on_false(summary.fixes) == HealthVerdict::kBad;
   if (summary.fixes.used == 0 || (agrees && !is_false)) return std::nullopt;
   const std::string chosen = fmt::format("{}", fmt::join(summary.chosen_plugins, " "));
@@ -192,7 +210,10 @@ std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary&
 }
 
 bool agrees_better(const Health& a, const Health& b) {
+  const bool a_is_judged = is_judged(a), b_is_judged = is_judged(b);
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
+  if (!a_is_judged && b_is_judged && of_b == HealthVerdict::kBad) return is_right_without(a, b);
+  if (a_is_judged && !b_is_judged && of_a == HealthVerdict::kBad) return !is_right_without(b, a);
   if (of_a != of_b) return of_a < of_b;
   const double gain = least_agreement(a) - least_agreement(b);
   if (of_a != HealthVerdict::kGood && std::abs(gain) > kClearly) return gain > 0;

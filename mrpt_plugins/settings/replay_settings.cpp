@@ -123,8 +123,8 @@ RobotSettings read_one(IniFile& ini, const ReplayRequest& request, ReplaySetting
                kPositiveLength);
   robot.source = read_source_options(ini);
   robot.source.reader.libraries = request.plugin_libraries;
-  robot.source.reader.request.parsed = request.parsed;
   settings.map = read_map_options(ini, request);
+  if (settings.map.file.empty()) robot.source.reader.request.parsed = request.parsed;
   robot.start = settings.map.start;
   robot.options.motion = read_motion_options(ini);
   robot.options.calibration = read_calibration_options(ini);

@@ -196,6 +196,13 @@ TEST(AgreesBetter, OfBadMapsTheOneWithTheLargerShare) {
   HealthEntry unjudged = of_agreement(std::numeric_limits<double>::quiet_NaN());
   unjudged.verdict = HealthVerdict::kNotJudged;
   EXPECT_TRUE(agrees_better({of_agreement(0.3)}, {unjudged}));
+  const Health right{unjudged, check("a", 1)}, wrong{unjudged, check("a", 9)};
+  const Health bad{of_agreement(0.3), check("a", 1)};
+  EXPECT_TRUE(agrees_better(right, bad));
+  EXPECT_FALSE(agrees_better(bad, right));
+  EXPECT_FALSE(agrees_better(wrong, bad));
+  EXPECT_TRUE(agrees_better(bad, wrong));
+  EXPECT_FALSE(agrees_better(right, {of_agreement(0.3), check("a", 1), check("b", 1)}));
   EXPECT_FALSE(agrees_better({unjudged}, {of_agreement(0.3)}));
 }
 
