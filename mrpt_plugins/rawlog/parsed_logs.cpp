@@ -13,32 +13,52 @@
 #include "libhybrid/core/error.h"
 
 namespace hybrid {
+namespace {
 
-ParsedLog::ParsedLog(std::uint64_t most) : file_(std::tmpfile()), most_(most) {}
+constexpr std::size_t kPortion = std::size_t{1} << 22;
+constexpr std::size_t kMostRead = std::size_t{1} << 16;
+
+}  // namespace
+
+ParsedLog::ParsedLog(std::uint64_t most) : most_(most) {}
 
 bool ParsedLog::add(std::string_view bytes) {
-  if (!file_) return false;
-  const bool fits = bytes.size() <= most_ - size_;
-  while (fits && !bytes.empty()) {
-    const ssize_t put =
-        ::pwrite(::fileno(file_.get()), bytes.data(), bytes.size(), static_cast<off_t>(size_));
-    if (put <= 0 && errno == EINTR) continue;
-    if (put <= 0) break;
-    size_ += static_cast<std::uint64_t>(put);
-    bytes.remove_prefix(static_cast<std::size_t>(put));
+  is_kept_ = is_kept_ && bytes.size() <= most_ - size();
+  if (is_kept_) rest_ += bytes;
+  while (is_kept_ && rest_.size() >= kPortion) is_kept_ = write_portion();
+  if (!is_kept_) {
+    file_.reset();
+    rest_ = {};
+    written_ = 0;
   }
-  if (!fits || !bytes.empty()) file_.reset();
-  return file_ != nullptr;
+  return is_kept_;
+}
+
+/// Puts the first portion of what is in memory into the file. Returns whether it could.
+bool ParsedLog::write_portion() {
+  if (!file_) file_.reset(std::tmpfile());
+  std::size_t put = 0;
+  while (file_ && put < kPortion) {
+    const ssize_t more = ::pwrite(::fileno(file_.get()), rest_.data() + put, kPortion - put,
+                                  static_cast<off_t>(written_ + put));
+    if (more <= 0 && errno == EINTR) continue;
+    if (more <= 0) return false;
+    put += static_cast<std::size_t>(more);
+  }
+  rest_.erase(0, put);
+  written_ += put;
+  return put > 0;
 }
 
 std::string ParsedLog::read(std::uint64_t from) const {
-  constexpr std::uint64_t kPortion = std::uint64_t{1} << 16;
-  std::string bytes(std::min(kPortion, size_ - std::min(from, size_)), '\0');
+  if (from >= size()) return {};
+  if (from >= written_) return rest_.substr(from - written_, kMostRead);
+  std::string bytes(std::min<std::uint64_t>(kMostRead, written_ - from), '\0');
   ssize_t got = 0;
   do {
     got = ::pread(::fileno(file_.get()), bytes.data(), bytes.size(), static_cast<off_t>(from));
   } while (got < 0 && errno == EINTR);
-  if (got < 0) throw Error(std::string("a parsed log: ") + std::strerror(errno));
+  if (got <= 0) throw Error(std::string("a parsed log: ") + std::strerror(errno));
   bytes.resize(static_cast<std::size_t>(got));
   return bytes;
 }

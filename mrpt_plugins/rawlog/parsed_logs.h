@@ -14,7 +14,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// What the parser of a log told, in a temporary file without a name.
+/// What the parser of a log told: up to 4 MiB in memory, and what came before that in a temporary
+/// file without a name.
 class ParsedLog {
  public:
   /// Up to `most` bytes.
@@ -24,15 +25,20 @@ class ParsedLog {
   bool add(std::string_view bytes);
   /// Some bytes from there on, or none at the end. Throws Error if the system refuses.
   std::string read(std::uint64_t from) const;
-  std::uint64_t size() const { return size_; }
+  std::uint64_t size() const { return written_ + rest_.size(); }
 
  private:
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
 
-  std::unique_ptr<std::FILE, Close> file_;  // null: nothing is kept
-  std::uint64_t most_, size_ = 0;
+  bool write_portion();
+
+  std::uint64_t most_;
+  bool is_kept_ = true;
+  std::unique_ptr<std::FILE, Close> file_;  // null: all is in memory
+  std::uint64_t written_ = 0;               // into it
+  std::string rest_;
 };
 
 /// Logs that were read to their end, so that one which is read several times is parsed but once: up

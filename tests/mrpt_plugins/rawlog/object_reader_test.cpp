@@ -127,6 +127,28 @@ TEST(ParsedLogs, KeepNoMoreThanTheirBudget) {
   EXPECT_EQ(ParsedLogs().find("log"), nullptr);
 }
 
+TEST(ParsedLogs, KeepLargeLogsInAFile) {
+  const std::string block = "0123456789";
+  ParsedLog large(std::uint64_t{1} << 24);
+  std::string whole;
+  for (std::size_t i = 0; i < 100; ++i) {
+    std::string part;
+    for (std::size_t k = 0; k < 10000 + i; ++k) part += block[(i + k) % 10];
+    ASSERT_TRUE(large.add(part));
+    whole += part;
+    for (std::size_t k = 0; i % 20 == 0 && k < 10; ++k) {
+      ASSERT_TRUE(large.add(std::string(100000, 'x')));
+      whole += std::string(100000, 'x');
+    }
+  }
+  ASSERT_EQ(large.size(), whole.size());
+  ASSERT_GT(whole.size(), std::size_t{5} << 20);
+  std::string back;
+  for (std::string bytes; !(bytes = large.read(back.size())).empty();) back += bytes;
+  EXPECT_TRUE(back == whole);
+  EXPECT_FALSE(large.add(std::string(std::size_t{1} << 24, 'y')));
+}
+
 TEST(ObjectReader, MissingFilesAndFoldersThrow) {
   EXPECT_THROW(ObjectReader("no/such.rawlog"), Error);
   EXPECT_THROW(ObjectReader("/tmp"), Error);
