@@ -13,10 +13,12 @@
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/marginals/continuous.h"
+#include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/innovation.h"
 
 namespace hybrid {
@@ -27,8 +29,7 @@ namespace {
 constexpr std::size_t kStretch = 20;
 constexpr std::size_t kMostPassages = 200, kMostStretches = 32;  // budgets
 constexpr double kGate = 0.999;
-constexpr double kChance = 1e-3;        // of rivals that agree by chance anywhere
-constexpr double kLeastChecked = 0.09;  // as where closures are selected
+constexpr double kChance = 1e-3;  // of rivals that agree by chance anywhere
 
 /// One passage, by the closure in its middle.
 struct Passage {
@@ -129,7 +130,7 @@ class ClosureJudge {
     try {
       const Eigen::MatrixXd P = marginals_.joint_covariance(factor->keys());
       const GivenOthers held_out = given_others({b, J * P * J.transpose()}, in_force);
-      const bool tells = held_out.redundancy >= kLeastChecked;
+      const bool tells = held_out.redundancy >= ClosureSelectionOptions().min_redundancy;
       const bool agrees = held_out.b.dot(held_out.S.ldlt().solve(held_out.b)) < gate_;
       if (!tells && (agrees || in_force)) return std::nullopt;
       return agrees;
@@ -145,8 +146,7 @@ class ClosureJudge {
       keys.push_back(path_[passage.from]);
       keys.push_back(path_[passage.to]);
     }
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    sort_unique(keys);
     if (keys.empty()) return {};
     const Eigen::MatrixXd P = marginals_.joint_covariance(keys);
     std::vector<std::pair<std::size_t, Passage>> found;

@@ -105,23 +105,21 @@ Health agreement_health(const Agreement& detections, const Agreement& scans,
 }
 
 HealthEntry closure_agreement_health(const ClosureAgreement& found, const std::string& rival) {
-  HealthEntry entry = empty_entry(kName);
   if (found.agreeing + found.rivals == 0) {
+    HealthEntry entry = empty_entry(kName);
     entry.sentence = "No closure is checked by others, to tell whether the path is right.";
     return entry;
   }
-  entry.value = found.ratio;
-  entry.verdict = found.ratio < kBad        ? HealthVerdict::kBad
-                  : found.ratio < kDoubtful ? HealthVerdict::kDoubtful
-                                            : HealthVerdict::kGood;
+  Agreement counted;  // of all passages, so that it has no sigma
+  counted.ratio = found.ratio;
+  for (const ClosureAgreement::Stretch& stretch : found.stretches) {
+    counted.stretches.push_back({double(stretch.first), stretch.ratio, stretch.passages});
+  }
+  HealthEntry entry = judged_agreement(kName, counted);
   entry.sentence = fmt::format(
       "Of what was seen again in {} passages the map, without it, predicts {}. In {} others, "
-      "closures "
-      "of different times agree with each other and not with the map.",
+      "closures of different times agree with each other and not with the map.",
       found.agreeing + found.rivals + found.alone, found.agreeing, found.rivals);
-  for (const ClosureAgreement::Stretch& stretch : found.stretches) {
-    entry.over_time.push_back({double(stretch.first), stretch.ratio, double(stretch.passages)});
-  }
   if (entry.verdict != HealthVerdict::kGood) {
     entry.knob = fmt::format(
         "closure {}, which others agree with and the map does not: it may be right; where it is, "

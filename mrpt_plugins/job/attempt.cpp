@@ -239,7 +239,6 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   const int signal = session.signal();
   Attempt made;
   made.request = request;
-  made.path = result.trajectory;
   made.work = session.mapper().work();
   made.outcome = {summarize(session, result), out.folder(), signal};
   made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
@@ -278,7 +277,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   try {
     session.map(watch(session, watchers, movie, report, scans, measured));
   } catch (const TooMuchWork&) {
-    return {request, {}, {}, false, false, false, session.mapper().work()};
+    return {request, {}, false, false, false, session.mapper().work()};
   }
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();

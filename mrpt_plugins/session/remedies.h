@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "mrpt_plugins/health/health.h"
-#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/settings/replay_request.h"
 

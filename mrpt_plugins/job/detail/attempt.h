@@ -7,7 +7,6 @@
 #include <functional>
 
 #include "mrpt_plugins/job/replay.h"
-#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/session/conditions.h"
 
 namespace hybrid {
@@ -22,7 +21,6 @@ struct Watchers {
 struct Attempt {
   ReplayRequest request;
   ReplayOutcome outcome;
-  Trajectory path;
   bool is_written = true;
   bool may_measure = false;  ///< the logs can be measured, and mapped again
   bool had_no_ids = false;   ///< ids of a log were hidden
