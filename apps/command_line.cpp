@@ -101,6 +101,14 @@ void add_picture_format(CLI::App& app, PictureFormat& format) {
       ->check(CLI::IsMember({"png", "svg", "pdf"}));
 }
 
+void add_retired_flag(CLI::App& app, const std::string& name) {
+  app.add_flag_callback(name,
+                        [program = app.get_name(), name] {
+                          complain("{}: warning: {} is retired and has no effect\n", program, name);
+                        })
+      ->group("");
+}
+
 bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_code) {
   app.set_version_flag("--version", app.get_name() + " " + program_version(),
                        "print the version and exit");

@@ -22,6 +22,9 @@ void add_output_folder(CLI::App& app, std::string& output);
 /// Adds the option --picture-format of a program that draws.
 void add_picture_format(CLI::App& app, PictureFormat& format);
 
+/// Adds a flag that did something once: it is not in the help, and given it only says so.
+void add_retired_flag(CLI::App& app, const std::string& name);
+
 /// Whether the program is to continue after parsing. If not, as after --help, --version or an
 /// error, the text for the user has been printed and `exit_code` is set. For an unknown option or
 /// command, the message suggests the nearest one.

@@ -20,7 +20,6 @@
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/selection/part_links.h"
 #include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
 namespace {
@@ -81,7 +80,6 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   solution.values = selection.smoother().values();
   solution.cost = selection.smoother().cost();
   solution.objective = selection.smoother().objective();
-  solution.order = selection.smoother().elimination_order();
   return solution;
 }
 

@@ -28,7 +28,6 @@
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/health/closures.h"
 #include "mrpt_plugins/health/health_lines.h"
-#include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
 #include "mrpt_plugins/report/page.h"
@@ -227,12 +226,6 @@ void write_outputs(const Options& options, const OutputDirectory& out, const Inp
   }
   if (options.pictures)
     draw_graph(out, options.picture_format, title, input, solution, loops, truth);
-  if (!options.sparsity) return;
-  HybridGraph graph;
-  for (const auto& factor : input.factors) graph.add(factor);
-  for (const std::string& warning : write_sparsity(out, graph, {}, solution.order, title)) {
-    complain("hybrid-pgo: {}\n", warning);
-  }
 }
 
 /// The solution; what goes wrong names vertices as their file does.

@@ -29,7 +29,7 @@ std::string footer() {
          "as its time), loops.csv, summary.json, graph_start.png, graph.png; with a truth\n"
          "trajectory_truth.tum; steps.csv with --online; hypotheses.csv for a graph with "
          "hypotheses;\n"
-         "report.html with --report; sparsity_*.png with --sparsity. They replace the result that\n"
+         "report.html with --report. They replace the result that\n"
          "OUT holds; files of others "
          "stay.\n"
          "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit "
@@ -134,9 +134,7 @@ void add_graph_options(CLI::App& app, Options& options) {
                "write report.html, a page to look into the graph and its closures with a browser");
   app.add_flag("!--no-pictures", options.pictures, "do not draw graph_start.png and graph.png");
   add_picture_format(app, options.picture_format);
-  app.add_flag("--sparsity", options.sparsity,
-               "draw the structure of Jacobian, information matrix, its Cholesky factor with "
-               "fill-in, and of a marginalisation");
+  add_retired_flag(app, "--sparsity");
 }
 
 }  // namespace

@@ -30,7 +30,6 @@ struct Options {
   std::vector<std::string> warnings;     ///< about deprecated names
   bool pictures = true;
   PictureFormat picture_format = PictureFormat::kPng;
-  bool sparsity = false;
   bool certify = false;
   bool repair_information = false;  ///< if it is not positive definite
   bool report = false;

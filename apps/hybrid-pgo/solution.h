@@ -73,7 +73,6 @@ struct Solution {
   std::vector<int> hypotheses;     ///< chosen index, for each edge with several
   std::vector<StartTrial> starts;  ///< starts tried; empty without a choice
   std::string start;               ///< the best start
-  std::vector<Key> order;          ///< elimination order; empty if the solver has none
 };
 
 /// Levenberg-Marquardt on the whole graph, from the initial values of the input, or with `compare`

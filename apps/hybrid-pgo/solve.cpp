@@ -11,7 +11,6 @@
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/smoother/incremental.h"
 #include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
 namespace {
@@ -98,7 +97,6 @@ Solution solve_online(const Input& input) {
   solution.values = smoother.values();
   solution.cost = smoother.cost();
   solution.objective = smoother.objective();
-  solution.order = smoother.elimination_order();
   return solution;
 }
 

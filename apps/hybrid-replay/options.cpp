@@ -24,8 +24,7 @@ constexpr const char* kFooter =
     "graph.g2o, steps.csv, summary.json, map.png, steps.png; with a "
     "true\n"
     "path trajectory_truth.tum, error.png; where things move, movers.csv; where asked, "
-    "report.html, events.jsonl, "
-    "sparsity_*.png\n"
+    "report.html, events.jsonl\n"
     "and frames/; of several robots, what is about a path in a folder of the robot's name.\n"
     "They replace the result that OUT holds; files of others stay. A map\n"
     "file is written besides, docs/maps.md.\n"
@@ -128,8 +127,7 @@ void add_outputs(CLI::App& app, ReplayRequest& request) {
   app.add_flag("--stream", request.stream,
                "write every keyframe to standard output when it is mapped, a line of JSON each; "
                "what else is said goes to standard error");
-  app.add_flag("--sparsity", request.sparsity,
-               "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
+  add_retired_flag(app, "--sparsity");
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/linear/sparsity.h"
+#include "libhybrid/linear/information_pattern.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/null_space.h"
@@ -216,7 +216,7 @@ void Readmission::admit(const std::vector<Candidate>& batch) {
 
 /// Operations of one factorisation of the map with these closures.
 double Readmission::work(const std::vector<bool>& accepted) const {
-  return order_blocks(information_pattern(jacobian_pattern(graph_, to_assignment(accepted)))).flops;
+  return order_blocks(information_pattern(graph_, to_assignment(accepted))).flops;
 }
 
 bool Readmission::affords(const std::vector<Candidate>& batch) const {

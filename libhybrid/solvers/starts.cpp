@@ -11,7 +11,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/infinity.h"
-#include "libhybrid/linear/sparsity.h"
+#include "libhybrid/linear/information_pattern.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
@@ -69,7 +69,7 @@ Allowance allowance(const HybridGraph& graph, std::size_t starts, const SolverOp
   Allowance allowed;
   allowed.trial = std::min(kTrialIterations, options.max_iterations);
   if (options.max_operations <= 0) return allowed;
-  const double each = order_blocks(information_pattern(jacobian_pattern(graph, {}))).flops;
+  const double each = order_blocks(information_pattern(graph, {})).flops;
   const double systems = std::clamp(options.max_operations / std::max(1.0, each), 1.0, 1e9);
   allowed.systems = static_cast<long>(systems);
   const long half = std::max(1L, allowed.systems / (2 * static_cast<long>(starts)));

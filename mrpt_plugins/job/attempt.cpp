@@ -20,7 +20,6 @@
 #include "mrpt_plugins/job/detail/run_report.h"
 #include "mrpt_plugins/job/detail/run_summary.h"
 #include "mrpt_plugins/job/detail/scan_outputs.h"
-#include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/report/photographs.h"
 #include "mrpt_plugins/session/session.h"
 #include "mrpt_plugins/session/truth.h"
@@ -34,22 +33,6 @@ void tell(const Team& team, Summary& summary) {
   if (team.message().empty()) return;
   if (summary.status == "ok") summary.status = "partial";
   summary.message += (summary.message.empty() ? "" : "; ") + team.message();
-}
-
-/// What only the command line asks for: matrices, frames. Returns warnings.
-std::vector<std::string> write_extras(const ReplayRequest& request, const OutputDirectory& out,
-                                      const MapResult& result, const GroundTruth& truth,
-                                      const Mapper& mapper, Movie& movie) {
-  std::vector<std::string> warnings;
-  if (request.sparsity) {
-    const Backend& backend = mapper.backend();
-    warnings = write_sparsity(out, backend.graph(), backend.assignment(),
-                              backend.elimination_order(), result.title);
-  }
-  if (movie.size() == 0) return warnings;
-  movie.finish(result);
-  movie.write_frames(out, truth);
-  return warnings;
 }
 
 /// How well slip was found, where the true modes are known.
@@ -212,17 +195,17 @@ Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, R
   };
 }
 
-/// Pictures, and what the request asks for besides; returns warnings.
-std::vector<std::string> draw(const ReplayRequest& request, OutputDirectory& out,
-                              const MapResult& result, const std::vector<RobotPart>& parts,
-                              const std::vector<Truth>& truths, const Mapper& mapper,
-                              Movie& movie) {
+/// The pictures that the request asks for.
+void draw(const ReplayRequest& request, OutputDirectory& out, const MapResult& result,
+          const std::vector<RobotPart>& parts, const std::vector<Truth>& truths, Movie& movie) {
   const GroundTruth truth = joint_truth(truths);
   if (request.pictures) {
     write_pictures(out, request.picture_format, result, truth);
     write_error_plots(out, request.picture_format, parts, truths);
   }
-  return write_extras(request, out, result, truth, mapper, movie);
+  if (movie.size() == 0) return;
+  movie.finish(result);
+  movie.write_frames(out, truth);
 }
 
 /// Whether the logs can be read once more, and nobody has seen events of the run.
@@ -309,7 +292,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   warn(summary, input_warnings(*ini, truths, parts, summary.provenance));
   warn(summary, write_estimates(out, result, parts, truths, session, scans, lies_somewhere));
   summary.total_s = seconds_since(start);  // without pictures
-  warn(summary, draw(request, out, result, parts, truths, mapper, movie));
+  draw(request, out, result, parts, truths, movie);
   report.write(result, parts, truths, scans.drawn(), views_of(session.plugins()),
                summary_json(summary));
   std::vector<std::string> told;

@@ -65,9 +65,6 @@ class Backend {
   /// All factors added so far and not removed; marginalised variables leave linear priors.
   virtual const HybridGraph& graph() const = 0;
 
-  /// The continuous variables of the graph in elimination order; empty if the back-end has none.
-  virtual std::vector<Key> elimination_order() const { return {}; }
-
   /// Whether factors may still be removed by their handles: not where the past is marginalised; of
   /// what is bounded by the place, those of variables that the graph holds.
   virtual bool keeps_all() const = 0;

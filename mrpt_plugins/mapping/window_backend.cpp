@@ -49,10 +49,6 @@ const Assignment& WindowBackend::assignment() const {
   return is_whole() ? smoother_.smoother().assignment() : merged_.assignment;
 }
 
-std::vector<Key> WindowBackend::elimination_order() const {
-  return smoother_.smoother().elimination_order();
-}
-
 /// Copies from the window to the estimate of all variables what has changed there, of the variables
 /// that have just left it, and of those that left before and hang on what has changed.
 void WindowBackend::merge(const std::vector<Key>& changed, const std::vector<Key>& left,

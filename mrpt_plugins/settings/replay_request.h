@@ -34,7 +34,6 @@ struct ReplayRequest {
   bool resume = false;   ///< go on with the session that was interrupted
   bool pictures = true;
   PictureFormat picture_format = PictureFormat::kPng;  ///< of those in the plane
-  bool sparsity = false;
   bool events = false;       ///< write events.jsonl
   bool report = false;       ///< write report.html, and events.jsonl
   bool stream = false;       ///< tell every keyframe as a line of JSON

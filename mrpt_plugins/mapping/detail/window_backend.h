@@ -28,7 +28,6 @@ class WindowBackend : public Backend {
   const Values& values() const override;
   const Assignment& assignment() const override;
   const HybridGraph& graph() const override { return smoother_.smoother().graph(); }
-  std::vector<Key> elimination_order() const override;
   bool keeps_all() const override { return is_full() || is_bounded(); }
   bool holds(Key key) const override { return smoother_.smoother().values().contains(key); }
   void hold(Key key) override { smoother_.hold(key); }

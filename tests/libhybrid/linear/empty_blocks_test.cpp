@@ -12,7 +12,6 @@
 #include "libhybrid/linear/normal_equations.h"
 #include "libhybrid/linear/path_inverse.h"
 #include "libhybrid/linear/selected_inverse.h"
-#include "libhybrid/linear/sparsity.h"
 #include "tests/support/random.h"
 
 namespace hybrid {
