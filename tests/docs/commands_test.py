@@ -33,7 +33,6 @@ DATASETS = "/usr/share/mrpt/datasets"
 OWN = re.compile(r"(hybrid|bench)-[a-z]+$")
 NOT_RUN = {
     "cmake": "the build itself", "scripts/": "they build and install", ".ci/run": "it builds", "apt-get": "installs",
-    "chroot": "needs an installation of Debian of its own", "debootstrap": "needs a mirror of Debian",
     "evo_ape": "no package of Debian", "ffmpeg": "a program of others", "docker": "builds an image", "git": "fetches another project", "rawlog-edit": "make_files() and a test of observations run it",
     "cd": "jq, and npm, which needs a registry; ctest -R web builds the page",
     "sbatch": "needs the daemons of Slurm",

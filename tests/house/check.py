@@ -27,7 +27,7 @@ ROOMS = {
 }
 
 TOP = {*ROOMS, ".ci", ".clang-format", ".clang-tidy", ".devcontainer", ".dockerignore", ".github", ".gitignore", "CHANGELOG.md", "CITATION.cff",
-       "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "README.md", "cmake", "config", "docs", "pyproject.toml", "rawlogs",
+       "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "README.md", "cmake", "config", "docs", "notes", "pyproject.toml", "rawlogs",
        "scripts", "web"}
 
 # Their rooms stand on floors, since none include each other in a circle: see floors().
