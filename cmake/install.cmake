@@ -50,7 +50,7 @@ string(REGEX REPLACE "/$" "" HYBRID_PC_PREFIX "${HYBRID_PC_PREFIX}")
 configure_file(cmake/hybrid.pc.in ${PROJECT_BINARY_DIR}/hybrid.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/hybrid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libhybrid-dev)
 install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
-install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
+install(DIRECTORY docs notes examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
 
 if(HYBRID_APPS)
   include(cmake/completions.cmake)

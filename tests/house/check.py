@@ -27,8 +27,8 @@ ROOMS = {
 }
 
 TOP = {*ROOMS, ".ci", ".clang-format", ".clang-tidy", ".devcontainer", ".dockerignore", ".github", ".gitignore", "CHANGELOG.md", "CITATION.cff",
-       "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "README.md", "cmake", "config", "docs", "notes", "pyproject.toml", "rawlogs",
-       "scripts", "web"}
+       "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "Dockerfile", "LICENSE", "README.md", "cmake", "config", "docs", "notes",
+       "pyproject.toml", "rawlogs", "scripts", "web"}
 
 # Their rooms stand on floors, since none include each other in a circle: see floors().
 LIBRARIES = ("libhybrid", "mrpt_plugins")
@@ -235,7 +235,7 @@ def check_rooms(files):
 
 
 def files_of(root):
-    tops = [*ROOMS, "cmake", "scripts", "config", "docs", ".ci", ".github", ".devcontainer"]
+    tops = [*ROOMS, "cmake", "scripts", "config", "docs", "notes", ".ci", ".github", ".devcontainer"]
     for top in tops:
         yield from sorted((root / top).rglob("*"))
     yield from sorted(f for f in root.glob("*") if f.name not in NOT_OURS)
