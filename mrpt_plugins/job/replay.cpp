@@ -44,7 +44,7 @@ class Attempts {
   }
 
   Attempt make(const ReplayRequest& request, Conditions conditions) {
-    conditions.most_work = left_;
+    conditions.most_work = left_ / 2;  // leaves as much to those after it
     Attempt made = attempt(request, watchers_, start_, conditions);
     left_ -= made.work;
     add(made);

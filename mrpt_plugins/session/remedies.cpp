@@ -24,6 +24,7 @@ namespace hybrid {
 namespace {
 
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
+constexpr const char* kCalibrated = "calibration.odometry=yes";
 constexpr const char* kAllDetections = "keyframes.tracklets=yes";  // also between keyframes
 constexpr const char* kSigma = "detection_sigma_m";                // of BearingRangeAssociation
 /// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
@@ -34,8 +35,8 @@ constexpr std::array<double, 3> kExtents{1, 2, 4};
 /// where few keyframes are left of a drive past a thing.
 constexpr std::array<double, 3> kIntervals{0.5, 1, 2};
 
-/// Shares of agreement that tell which of two maps that are not good is the better one; its usual
-/// sigma.
+/// By how much more must agree in one of two maps that are not both good, so that this tells which
+/// is the better one: the usual sigma of a share.
 constexpr double kClearly = 0.05;
 
 /// As long as odometry tells where a thing must be [s]: what AgreementOptions calls soon.
@@ -107,13 +108,24 @@ bool has_directions(const Summary& summary) {
   return summary.statistics.count("directions") != 0;
 }
 
-/// The requests to coarsen: that of the map which was taken, and the one with what was measured
-/// alone. Associations that may have been wrong have told what else the former has, and a map that
-/// was too fine may have been worse for what was measured.
-std::vector<ReplayRequest> to_coarsen(const ReplayRequest& request, const ReplayRequest& taken) {
+/// The requests that others begin with: that of the map which was taken, and the one with what was
+/// measured alone. Associations that may have been wrong have told what else the former has, and a
+/// map that was too fine may have been worse for what was measured.
+std::vector<ReplayRequest> to_begin_with(const ReplayRequest& request, const ReplayRequest& taken) {
   const ReplayRequest measured = Remedies().apply(request);
   if (taken.settings == measured.settings) return {taken};
   return {taken, measured};
+}
+
+/// The request with scale and drift of the odometry estimated, unless the map had that.
+std::vector<ReplayRequest> calibrated(const ReplayRequest& request, const Summary& summary) {
+  const IniFile::Settings& configuration = summary.provenance.configuration;
+  const bool is_free = summary.statistics.count(kSigma) != 0 &&
+                       text_of(configuration, "calibration.odometry") == "false";
+  if (!is_free) return {};
+  ReplayRequest out = request;
+  out.settings.emplace_back(kCalibrated);
+  return {out};
 }
 
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary) {
@@ -175,7 +187,7 @@ bool Remedies::add(const Health& health, const IniFile::Settings& configuration)
 
 ReplayRequest Remedies::apply(ReplayRequest request) const {
   request.settings.emplace_back("sensor.noise=measured");
-  if (calibrates) request.settings.emplace_back("calibration.odometry=yes");
+  if (calibrates) request.settings.emplace_back(kCalibrated);
   for (const auto& [key, factor] : factors) {
     request.settings.push_back(fmt::format("{}={}", key, factor));
   }
@@ -185,7 +197,11 @@ ReplayRequest Remedies::apply(ReplayRequest request) const {
 std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayRequest& taken,
                                  const Summary& summary) {
   std::vector<ReplayRequest> out = following_longer(request, summary);
-  for (const ReplayRequest& given : to_coarsen(request, taken)) {
+  const std::vector<ReplayRequest> bases = to_begin_with(request, taken);
+  for (const ReplayRequest& given : bases) {
+    for (ReplayRequest& other : calibrated(given, summary)) out.push_back(std::move(other));
+  }
+  for (const ReplayRequest& given : bases) {
     for (ReplayRequest& coarse : coarser(given, summary)) out.push_back(std::move(coarse));
   }
   for (ReplayRequest& sparse : sparser(request, summary)) out.push_back(std::move(sparse));
@@ -214,9 +230,10 @@ bool agrees_better(const Health& a, const Health& b) {
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
   if (!a_is_judged && b_is_judged && of_b == HealthVerdict::kBad) return is_right_without(a, b);
   if (a_is_judged && !b_is_judged && of_a == HealthVerdict::kBad) return !is_right_without(b, a);
-  if (of_a != of_b) return of_a < of_b;
+  if (a_is_judged != b_is_judged) return of_a < of_b;
+  const bool both_are_good = of_a == HealthVerdict::kGood && of_b == HealthVerdict::kGood;
   const double gain = least_agreement(a) - least_agreement(b);
-  if (of_a != HealthVerdict::kGood && std::abs(gain) > kClearly) return gain > 0;
+  if (!both_are_good && std::abs(gain) > kClearly) return gain > 0;
   return is_better(a, b);
 }
 

@@ -44,9 +44,8 @@ std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayReque
 /// nothing is mapped.
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary);
 
-/// Whether more of what was measured far apart in time agrees in map `a` than in `b`, or as much,
-/// and `a` is better otherwise: by the verdict and, of maps that are not good, by the share. A map
-/// that is not judged agrees with nothing, but where all other checks call it right it is better
+/// Whether clearly more of what was measured far apart in time agrees in map `a` than in `b`, of
+/// which not both are good; or as much, and `a` is better by all checks. A map that is not judged agrees with nothing, but where all other checks call it right it is better
 /// than one that is judged bad.
 bool agrees_better(const Health& a, const Health& b);
 

@@ -81,8 +81,8 @@ TEST(Draws, GiveLandmarksExtentsInSigmasOfADetection) {
   EXPECT_TRUE(draws(request, request, summary).empty());
 }
 
-HealthEntry agreement(HealthVerdict verdict) {
-  HealthEntry entry = check("agreement over time", 1);
+HealthEntry agreement(HealthVerdict verdict, double value = 1) {
+  HealthEntry entry = check("agreement over time", value);
   entry.verdict = verdict;
   if (verdict == HealthVerdict::kNotJudged) {
     entry.value = std::numeric_limits<double>::quiet_NaN();
@@ -92,8 +92,9 @@ HealthEntry agreement(HealthVerdict verdict) {
 
 TEST(AgreesBetter, AsksTheAgreementOverTimeFirst) {
   const HealthVerdict good = HealthVerdict::kGood, bad = HealthVerdict::kBad;
-  EXPECT_TRUE(agrees_better({agreement(good), check("a", 9)}, {agreement(bad), check("a", 1)}));
-  EXPECT_FALSE(agrees_better({agreement(bad), check("a", 1)}, {agreement(good), check("a", 9)}));
+  const HealthEntry torn = agreement(bad, 0.4);
+  EXPECT_TRUE(agrees_better({agreement(good), check("a", 9)}, {torn, check("a", 1)}));
+  EXPECT_FALSE(agrees_better({torn, check("a", 1)}, {agreement(good), check("a", 9)}));
   EXPECT_TRUE(agrees_better({agreement(good), check("a", 1)}, {agreement(good), check("a", 9)}));
   EXPECT_FALSE(agrees_better({agreement(good), check("a", 9)}, {agreement(good), check("a", 9)}));
   const Health not_judged{agreement(HealthVerdict::kNotJudged), check("a", 1)};
@@ -145,6 +146,24 @@ TEST(Draws, BeginWithWhatTheTakenMapHadAndEndWithFewerKeyframes) {
             (std::vector<std::string>{"sensor.noise=measured", "keyframes.min_time=0.5"}));
 }
 
+TEST(Draws, CalibrateTheOdometryFirstWhereNobodyHas) {
+  Summary summary;
+  summary.statistics["detection_sigma_m"] = 0.25;
+  summary.provenance.configuration = {{"calibration", {{"odometry", "false"}}}};
+  ReplayRequest taken;
+  taken.settings = {"a.b=c"};
+  const std::vector<ReplayRequest> out = draws({}, taken, summary);
+  ASSERT_EQ(out.size(), 2U);
+  EXPECT_EQ(out[0].settings, (std::vector<std::string>{"a.b=c", "calibration.odometry=yes"}));
+  EXPECT_EQ(out[1].settings,
+            (std::vector<std::string>{"sensor.noise=measured", "calibration.odometry=yes"}));
+  summary.provenance.configuration = {{"calibration", {{"odometry", "true"}}}};
+  EXPECT_TRUE(draws({}, {}, summary).empty());
+  summary.statistics.clear();  // of scans
+  summary.provenance.configuration = {{"calibration", {{"odometry", "false"}}}};
+  EXPECT_TRUE(draws({}, {}, summary).empty());
+}
+
 TEST(Draws, AreSparserWhereTheLogIsOfDetectionsWhoseIntervalNobodyChose) {
   Summary summary;
   summary.statistics["detection_sigma_m"] = 0.1;
@@ -193,6 +212,9 @@ TEST(AgreesBetter, OfBadMapsTheOneWithTheLargerShare) {
   EXPECT_FALSE(agrees_better({of_agreement(0.3)}, {of_agreement(0.6)}));
   EXPECT_FALSE(agrees_better({of_agreement(0.61)}, {of_agreement(0.6)}));  // within its sigma
   EXPECT_TRUE(agrees_better({of_agreement(1)}, {of_agreement(0.8)}));
+  // A share a little above the limit does not outweigh other checks.
+  const Health hardly{of_agreement(0.9), check("a", 9), check("b", 9)};
+  EXPECT_FALSE(agrees_better(hardly, {of_agreement(0.89), check("a", 1), check("b", 1)}));
   HealthEntry unjudged = of_agreement(std::numeric_limits<double>::quiet_NaN());
   unjudged.verdict = HealthVerdict::kNotJudged;
   EXPECT_TRUE(agrees_better({of_agreement(0.3)}, {unjudged}));
