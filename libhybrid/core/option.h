@@ -6,6 +6,13 @@
 
 namespace HYBRID_API hybrid {
 
+// A struct of options tells once what they mean, by `describe(table)`: from that come the keys of
+// INI files (mrpt_plugins/bridge/read_options.h) and the fields in Python (python/fields.h).
+//   table.option(name, member, [interval,] meaning[, key])  key in INI files, if not the name
+//   table.choice(name, member, meaning, names)              of an enumeration
+//   table.field(name, member, meaning)                      not in INI files
+// A meaning has neither capital nor full stop, and units in brackets.
+
 /// Interval of a number, bounds included unless `open`.
 struct Interval {
   double min = -1e15;  ///< beyond 1e15, doubles are more than 0.1 apart
@@ -36,5 +43,12 @@ constexpr Interval or_zero(Interval interval) {
   interval.or_zero = true;
   return interval;
 }
+
+/// A value of an enumeration and its name: as it is in INI files, in capitals in Python.
+template <class Enum>
+struct Named {
+  const char* name;
+  Enum value;
+};
 
 }  // namespace hybrid

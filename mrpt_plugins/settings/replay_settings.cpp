@@ -115,12 +115,11 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
 RobotSettings read_one(IniFile& ini, const ReplayRequest& request, ReplaySettings& settings) {
   RobotSettings robot;
   read_log(ini, settings, robot);
-  settings.match_radius =
-      ini.section("evaluation", "Comparison with the truth")
-          .get("match_radius", settings.match_radius,
-               "where the ids of the log are not taken for granted, a landmark counts as found if "
-               "one of the map is this near, each taken once [m]",
-               kPositiveLength);
+  ini.section("evaluation", "Comparison with the truth")
+      .read("match_radius", settings.match_radius,
+            "where the ids of the log are not taken for granted, a landmark counts as found if one "
+            "of the map is this near, each taken once [m]",
+            kPositiveLength);
   robot.source = read_source_options(ini);
   robot.source.reader.libraries = request.plugin_libraries;
   settings.map = read_map_options(ini, request);
