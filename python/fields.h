@@ -2,12 +2,15 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <cctype>
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/option.h"
 #include "python/bindings.h"
 
 namespace hybrid::python {
@@ -134,6 +137,23 @@ class FieldsClass : public py::class_<T, More...> {
   }
 };
 
+/// With a capital and a full stop.
+inline std::string sentence(std::string text) {
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text.back() == '.' ? text : text + '.';
+}
+
+/// The names in capitals.
+template <class Enum, std::size_t n>
+void bind_enum(py::module_& m, const char* name, const Named<Enum> (&values)[n]) {
+  py::enum_<Enum> bound(m, name);
+  for (const Named<Enum>& one : values) {
+    std::string capitals = one.name;
+    for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    bound.value(capitals.c_str(), one.value);
+  }
+}
+
 /// A class of settings, constructed from keywords, one for each field.
 template <class T>
 class SettingsClass : public FieldsClass<T> {
@@ -154,8 +174,27 @@ class SettingsClass : public FieldsClass<T> {
 
   template <class Member>
   SettingsClass& field(const char* name, Member member, const char* doc) {
-    this->def_readwrite(name, member, doc);
+    this->def_readwrite(name, member, sentence(doc).c_str());
     return *this;
+  }
+
+  /// All that T::describe tells, see libhybrid/core/option.h.
+  SettingsClass& described() {
+    T::describe(*this);
+    return *this;
+  }
+  template <class Member>
+  void option(const char* name, Member member, const char* meaning) {
+    field(name, member, meaning);
+  }
+  template <class Member>
+  void option(const char* name, Member member, const Interval&, const char* meaning,
+              const char* = nullptr) {
+    field(name, member, meaning);
+  }
+  template <class Member, class Choices>
+  void choice(const char* name, Member member, const char* meaning, const Choices&) {
+    field(name, member, meaning);
   }
 };
 

@@ -10,46 +10,12 @@ namespace hybrid::python {
 namespace {
 
 void bind_options(py::module_& m) {
-  using Options = AssociationOptions;
-  py::enum_<Options::Method>(m, "AssociationMethod")
-      .value("HYPOTHESES", Options::Method::kHypotheses)
-      .value("NEAREST", Options::Method::kNearest)
-      .value("JCBB", Options::Method::kJcbb);
-  SettingsClass<Options>(m, "AssociationOptions",
-                         "Settings of the association of detections without ids.")
-      .field("method", &Options::method, "Method of matching a frame.")
-      .field("use_ids", &Options::use_ids, "Use the ids of detections that have one.")
-      .field("extent", &Options::extent,
-             "Extent of a landmark [m]: the sigma of the places of things taken for it; one for "
-             "all, or one for each class.")
-      .field("gate", &Options::gate, "Gate on innovations: a chi-square probability.")
-      .field("information_penalty", &Options::information_penalty,
-             "Cost of a match per nat of information that it adds.")
-      .field("hypotheses", &Options::hypotheses, "Largest number per frame.")
-      .field("keep_open_odds", &Options::keep_open_odds,
-             "Hypotheses less probable than the best by this factor are dropped.")
-      .field("old_landmark_odds", &Options::old_landmark_odds,
-             "Odds at which one detection is matched with a landmark from before the drift.")
-      .field("window", &Options::window, "Keyframes until a delayed decision is made.")
-      .field("landmarks_in_view", &Options::landmarks_in_view,
-             "Expected number of landmarks in the field of view.")
-      .field("clutter_in_view", &Options::clutter_in_view,
-             "Expected number of spurious detections per frame.")
-      .field("detection_probability", &Options::detection_probability,
-             "Probability that a landmark in view is detected.")
-      .field("confirm", &Options::confirm, "Sightings needed to make a landmark.")
-      .field("clutter_odds", &Options::clutter_odds,
-             "Odds against a tentative landmark at which it is removed.")
-      .field("merge", &Options::merge, "Merge duplicates of landmarks, and close loops.")
-      .field("recent", &Options::recent,
-             "Landmarks seen within this number of keyframes may be merged or count as missed.")
-      .field("merge_odds", &Options::merge_odds, "Odds that decide whether landmarks are one.");
+  bind_enum(m, "AssociationMethod", AssociationOptions::kMethods);
+  SettingsClass<AssociationOptions>(m, "AssociationOptions",
+                                    "Settings of the association of detections without ids.")
+      .described();
   SettingsClass<ClassOptions>(m, "ClassOptions", "Prior knowledge of classes and of the detector.")
-      .field("names", &ClassOptions::names, "Names of the classes; empty: those of the detections.")
-      .field("prior", &ClassOptions::prior, "Prior probability of each class; empty: uniform.")
-      .field("confusion", &ClassOptions::confusion,
-             "Confusion matrix p(detected | true), row by row; empty: scores are calibrated.")
-      .field("floor", &ClassOptions::floor, "Share of detections with a random class.");
+      .described();
 }
 
 void bind_detections(py::module_& m) {

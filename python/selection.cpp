@@ -88,42 +88,12 @@ void bind_problem(py::module_& m) {
 
 void bind_options(py::module_& m) {
   SettingsClass<MixtureOptions>(m, "MixtureOptions", "Model of false closures (eq. 17).")
-      .field("outlier_variance", &MixtureOptions::outlier_variance,
-             "Factor of the covariance of the outlier model.")
-      .field("flat", &MixtureOptions::flat, "Whether the outlier model is constant.")
-      .field("null_hypothesis", &MixtureOptions::null_hypothesis,
-             "Constant -log density of a false closure, replacing the two fields above.")
-      .field("inlier_weight", &MixtureOptions::inlier_weight, "Prior weight of the inlier.")
-      .field("outlier_weight", &MixtureOptions::outlier_weight, "Prior weight of the outlier.");
-  using Selection = ClosureSelectionOptions;
-  SettingsClass<Selection>(m, "ClosureSelectionOptions", "Settings of `select_closures`.")
-      .field("mixture", &Selection::mixture, "The model of false closures.")
-      .field(
-          "margin", &Selection::margin,
-          "Log evidence for admission beyond the logarithm of the number of closures not admitted.")
-      .field("gate", &Selection::gate, "Gate of innovations in standard deviations.")
-      .field("pairs", &Selection::pairs,
-             "If no closure passes alone, admit the best two that agree.")
-      .field("trust_start", &Selection::trust_start,
-             "Start with the closures that agree with the initial values.")
-      .field("min_redundancy", &Selection::min_redundancy,
-             "Closures of less redundancy are not checkable.")
-      .field("refuse_uncheckable", &Selection::refuse_uncheckable,
-             "Refuse closures that are not checkable.")
-      .field("max_rounds", &Selection::max_rounds, "Largest number of macro-steps.")
-      .field("solver", &Selection::solver, "Settings of the last solve.");
-  using Online = OnlineSelectionOptions;
-  SettingsClass<Online>(m, "OnlineSelectionOptions", "Settings of OnlineSelection.")
-      .field("mixture", &Online::mixture, "The model of false closures.")
-      .field("decisive", &Online::decisive,
-             "Lack of log evidence at which a joint value of hypotheses is dropped.")
-      .field("patience", &Online::patience,
-             "Closures kept back at which the best joint value is taken.")
-      .field("spread", &Online::spread,
-             "Evaluations of all closures go on with each update by so many times the work of a "
-             "mean one.")
-      .field("smoother", &Online::smoother, "Settings of the smoother.")
-      .field("selection", &Online::selection, "Settings of the evaluation of all closures.");
+      .described();
+  SettingsClass<ClosureSelectionOptions>(m, "ClosureSelectionOptions",
+                                         "Settings of `select_closures`.")
+      .described();
+  SettingsClass<OnlineSelectionOptions>(m, "OnlineSelectionOptions", "Settings of OnlineSelection.")
+      .described();
 }
 
 void bind_batch(py::module_& m) {

@@ -65,21 +65,7 @@ void bind_reports(py::module_& m) {
 
 void bind_smoother_options(py::module_& m) {
   SettingsClass<SmootherOptions>(m, "SmootherOptions", "Settings of the incremental smoother.")
-      .field("relinearize", &SmootherOptions::relinearize,
-             "Error of a factor's linear model, in units of the objective, above which it is "
-             "linearised again.")
-      .field("wildfire", &SmootherOptions::wildfire,
-             "Decrease of the objective above which a step is propagated.")
-      .field("bend", &SmootherOptions::bend,
-             "Rise of the objective up to which a part of the map is left as it is, or moved as a "
-             "whole.")
-      .field("bend_share", &SmootherOptions::bend_share,
-             "The same as a share of the mean cost of its factors.")
-      .field("defer", &SmootherOptions::defer,
-             "New factors wait until they have cost this share of an elimination.")
-      .field("rounds", &SmootherOptions::rounds, "Largest number of alternations per update.")
-      .field("recent", &SmootherOptions::recent, "Number of newest poses kept near the root.")
-      .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");
+      .described();
 }
 
 /// What a smoother holds, as copies.
@@ -160,15 +146,7 @@ void bind_window(py::module_& m) {
       .value("FILTER", WindowOptions::Mode::kFilter)
       .value("BOUNDED", WindowOptions::Mode::kBounded);
   SettingsClass<WindowOptions>(m, "WindowOptions", "What of the past stays in the graph.")
-      .field("mode", &WindowOptions::mode,
-             "Everything, the last updates, the newest states, or what the place takes.")
-      .field("lag", &WindowOptions::lag, "In updates.")
-      .field("complete", &WindowOptions::complete, "Bounded: states up to which none leaves.")
-      .field("sightings", &WindowOptions::sightings,
-             "Bounded: newer states that have seen what a state saw before it leaves.")
-      .field("tied", &WindowOptions::tied, "Bounded: variables that one prior ties together.")
-      .field("lasting", &WindowOptions::lasting, "Letters of variables that never leave.")
-      .field("states", &WindowOptions::states, "Letters of the states; empty: all poses.");
+      .described();
   py::class_<WindowSmoother>(m, "WindowSmoother",
                              "The incremental smoother over a window: old states are marginalised.")
       .def(py::init<const WindowOptions&, const SmootherOptions&>(), "window"_a = WindowOptions(),

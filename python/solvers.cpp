@@ -16,35 +16,14 @@ namespace {
 
 void bind_options(py::module_& m) {
   SettingsClass<SolverOptions>(m, "SolverOptions", "Settings of the continuous solvers.")
-      .field("max_iterations", &SolverOptions::max_iterations,
-             "Largest number of linear systems solved.")
-      .field("relative_decrease", &SolverOptions::relative_decrease,
-             "Converged once a whole Gauss-Newton step lowers the cost by less than this share.")
-      .field("gradient", &SolverOptions::gradient,
-             "Converged once no variable's gradient exceeds this, in standard deviations.")
-      .field("step", &SolverOptions::step,
-             "Converged once no variable's step exceeds this, in standard deviations.")
-      .field("initial_damping", &SolverOptions::initial_damping,
-             "Initial damping of Levenberg-Marquardt, relative to the diagonal of the Hessian.")
-      .field("initial_radius", &SolverOptions::initial_radius,
-             "Initial trust radius of the dogleg, in standard deviations per unknown.")
-      .field("threads", &SolverOptions::threads,
-             "Number of threads; 0: one per core, at most 4. The result does not depend on it.");
+      .described();
   SettingsClass<DiscreteOptions>(m, "DiscreteOptions", "Settings of discrete inference.")
       .field("local_search_when_too_large", &DiscreteOptions::local_search_when_too_large,
              "Use local search if exact inference is too large; else raise Error.")
       .field("max_sweeps", &DiscreteOptions::max_sweeps,
              "Largest number of sweeps of local search.");
   SettingsClass<AlternatingOptions>(m, "AlternatingOptions", "Settings of `alternate`.")
-      .field("max_iterations", &AlternatingOptions::max_iterations,
-             "Largest number of pairs of half-steps.")
-      .field("relative_decrease", &AlternatingOptions::relative_decrease,
-             "Converged once a pair of half-steps lowers the objective by less than this share.")
-      .field("continuous_iterations", &AlternatingOptions::continuous_iterations,
-             "Largest number of iterations of each continuous half-step.")
-      .field("continuous", &AlternatingOptions::continuous,
-             "Settings of the continuous half-steps.")
-      .field("discrete", &AlternatingOptions::discrete, "Settings of the discrete half-steps.");
+      .described();
 }
 
 void bind_reports(py::module_& m) {

@@ -15,8 +15,8 @@
 namespace hybrid {
 namespace {
 
-constexpr IniRange kIterations{1, 1000000};
-constexpr IniRange kOperations{1, 1e14};
+constexpr Interval kIterations{1, 1000000};
+constexpr Interval kOperations{1, 1e14};
 
 constexpr const char* kAbout =
     "Optimises a pose graph in g2o or TORO form, in the plane or in space, with landmarks or "
@@ -73,7 +73,7 @@ void read_methods(IniFile& ini, const std::vector<std::string>& settings, Option
       "relative_decrease", 1e-9,
       "lm ends once an iteration promises to lower the cost by less than this share; for selection "
       "see [selection]",
-      IniRange{1e-15, 1e-2});
+      {1e-15, 1e-2});
   options.solver.max_operations =
       solver.get("max_operations", 5e10,
                  "multiplications and additions of all factorisations of lm at most, some "

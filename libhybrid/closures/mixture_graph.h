@@ -8,6 +8,7 @@
 
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/option.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
@@ -15,16 +16,25 @@ namespace HYBRID_API hybrid {
 
 /// The model of inliers and outliers (eq. 17).
 struct MixtureOptions {
-  /// The outlier model is the inlier's with its covariance multiplied by this.
   double outlier_variance = 1e7;
-  /// Whether the outlier model is constant, at the peak of that Gaussian: the same switch, but
-  /// outliers have no gradient, however large their residuals.
-  bool flat = false;
-  /// Replaces both: the constant -log density of a false closure.
+  bool flat = false;  ///< outliers have no gradient, however large their residuals
   std::optional<double> null_hypothesis;
-  /// Prior weights of inliers and outliers, positive.
   double inlier_weight = 0.5;
   double outlier_weight = 0.5;
+
+  template <class Table>
+  static void describe(Table& table) {
+    using O = MixtureOptions;
+    table.option("outlier_variance", &O::outlier_variance, {1, 1e12},
+                 "variance of a false closure in those of a true one");
+    table.option("inlier_weight", &O::inlier_weight, {0.0, 1.0, true},
+                 "prior probability of a true closure");
+    table.field("outlier_weight", &O::outlier_weight, "that of a false one");
+    table.option("flat", &O::flat,
+                 "false closures have a constant density, that of the peak of this Gaussian");
+    table.field("null_hypothesis", &O::null_hypothesis,
+                "instead of all that: constant -log density of a false closure");
+  }
 };
 
 /// The switch of a closure: value 0 is inlier, 1 outlier.

@@ -7,18 +7,34 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/core/option.h"
 #include "libhybrid/discrete/probabilities.h"
 
 namespace HYBRID_API hybrid {
 
 /// What is known beforehand of the classes of landmarks.
 struct ClassOptions {
-  std::vector<std::string> names;  ///< empty: as the log names them
-  std::vector<double> prior;       ///< of a landmark not seen yet; empty: all equal
-  /// p(detected class | true class), a row for each true class; empty: the scores of the detector
-  /// are calibrated probabilities.
+  std::vector<std::string> names;
+  std::vector<double> prior;
   std::vector<double> confusion;
-  double floor = 1e-6;  ///< share of a detection that is a guess among all classes
+  double floor = 1e-6;
+
+  template <class Table>
+  static void describe(Table& table) {
+    using O = ClassOptions;
+    table.option("names", &O::names, kAnyNumber,
+                 "classes of landmarks; empty: as the log names them", "class_names");
+    table.option("prior", &O::prior, kProbability,
+                 "probability of each class before any sighting; empty: all equal", "class_prior");
+    table.option(
+        "confusion", &O::confusion, kProbability,
+        "of the detector: p(detected class | true class), a row for each true class, in the order "
+        "of class_names; empty: the scores of the log are taken as calibrated probabilities");
+    table.option(
+        "floor", &O::floor, {1e-12, 1.0},
+        "share of a detection that is a guess among all classes, so that none is ever ruled out",
+        "score_floor");
+  }
 };
 
 /// Which of the options does not fit the others, by its key in an INI, and why.

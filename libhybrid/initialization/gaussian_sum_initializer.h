@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "libhybrid/core/option.h"
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
@@ -20,14 +21,28 @@ inline constexpr double kAnywhere = 1000;
 
 /// When a landmark that no single measurement places is taken into the map.
 struct BankOptions {
-  double dominance = 0.999;  ///< Least probability of the best place.
-  /// Largest standard deviation of its place in any direction, as a share of how far away it was
-  /// seen: a model that is linear about the place holds no further.
-  double max_sigma = 0.2;
-  int min_measurements = 5;     ///< Before any decision.
-  int max_measurements = 200;   ///< Kept while undecided; further ones replace the oldest.
-  double outlier_share = 0.02;  ///< Of measurements, which then say nothing.
-  double drift = 0.1;  ///< Of the robot while it is undecided, added to the noise meanwhile [m].
+  double dominance = 0.999;
+  double max_sigma = 0.2;  ///< a model that is linear about the place holds no further
+  int min_measurements = 5;
+  int max_measurements = 200;  ///< further ones replace the oldest
+  double outlier_share = 0.02;
+  double drift = 0.1;
+
+  template <class Table>
+  static void describe(Table& table) {
+    using O = BankOptions;
+    table.option("dominance", &O::dominance, {0.5, 1.0},
+                 "a landmark is placed once its best place has this probability");
+    table.option("max_sigma", &O::max_sigma, {1e-6, 10},
+                 "and is known in every direction to this share of how far away it is");
+    table.option("min_measurements", &O::min_measurements, {1, 1e6},
+                 "measurements before a decision");
+    table.option("max_measurements", &O::max_measurements, {2, 1e6},
+                 "kept of a landmark that has no place yet");
+    table.option("outlier_share", &O::outlier_share, {1e-9, 0.5}, "of measurements that are false");
+    table.option("drift", &O::drift, kLength,
+                 "of the robot while a landmark has no place yet, added to the noise [m]");
+  }
 };
 
 /// The places where a landmark may be that is seen by range or by bearing only: a mixture of

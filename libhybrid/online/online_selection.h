@@ -10,6 +10,7 @@
 #include "libhybrid/closures/alternatives.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/core/option.h"
 #include "libhybrid/online/switched_closures.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/smoother/incremental.h"
@@ -27,18 +28,30 @@ struct OnlineSelectionOptions {
   }
 
   MixtureOptions mixture;
-  /// Joint values of open choices of less evidence than the best by this much (log) are dropped.
   /// Other values of the choices of largest cost are tried when an update raises the cost of the
   /// graph by more than this beyond its expected rise by noise.
   double decisive = 10.0;
-  /// Number of closures kept back by a group of choices at which its best joint value is taken,
-  /// however close the next one is.
   std::size_t patience = 40;
   SmootherOptions smoother;
-  ClosureSelectionOptions selection;  ///< for tests of closures and evaluations of all of them
-  /// So many times the work of a mean update are done with each one, at most, of an evaluation of
-  /// all closures, and of tests of earlier ones, until they are done; infinity: at once.
+  ClosureSelectionOptions selection;
   double spread = 10.0;
+
+  template <class Table>
+  static void describe(Table& table) {
+    using O = OnlineSelectionOptions;
+    table.field("mixture", &O::mixture, "the model of false closures");
+    table.option(
+        "decisive", &O::decisive, {0.0, 1e3},
+        "a joint value of hypotheses of this much less log evidence than the best is dropped");
+    table.option("patience", &O::patience, {1, 1e6},
+                 "closures kept back at which the best joint value of hypotheses is taken");
+    table.option("spread", &O::spread, {0.1, 1e9},
+                 "evaluations of all closures, and tests of earlier ones, go on with each pose by "
+                 "so many times the work of a mean pose");
+    table.field("smoother", &O::smoother, "settings of the smoother");
+    table.field("selection", &O::selection,
+                "settings of the tests of closures and of the evaluation of all of them");
+  }
 };
 
 /// Report of one step of the selection.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "libhybrid/core/option.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/smoother_state.h"
@@ -13,33 +14,44 @@
 namespace HYBRID_API hybrid {
 
 struct SmootherOptions {
-  /// A factor is linearised again when its linear model is off by more than this, in units of the
-  /// objective. It is a measure of what linearisation costs, whatever the units,
-  /// the noise or the geometry of a factor.
   double relinearize = 3e-3;
-  /// Steps are propagated down the tree while a clique lowers the linearised objective by more than
-  /// this.
   double wildfire = 1e-5;
-  /// What is below a clique stays, moved with the map above it, where keeping it as it is raises
-  /// the objective by no more than this.
   double bend = 1e-3;
-  /// The same as a share of what its factors cost: each counts with the mean cost of all, at most
-  /// with 1, which noise as stated comes to. So estimates are off by no more than a small share of
-  /// what noise leaves them off by, however many there are.
+  /// Each factor counts at most with 1, which noise as stated comes to. So estimates are off by no
+  /// more than a small share of what noise leaves them off by, however many factors there are.
   double bend_share = 1e-3;
-  /// New factors, and variables that one of them determines, are taken into the solution without an
-  /// elimination, until that has cost this share of an elimination. Zero: each update eliminates.
   double defer = 1.0;
-  /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
   /// There is a further one where something flipped, or where the linear models that are to be made
   /// again are off by more than one unit of the objective in all.
   int rounds = 3;
-  /// This many of the newest poses are kept near the root, where the next measurements touch the
-  /// tree.
   int recent = 10;
   /// Smaller tables than those of a batch, so that an update takes milliseconds where many
   /// decisions hang together: beyond them it improves by local search.
   DiscreteOptions discrete{{std::size_t{1} << 16, std::size_t{1} << 20}};
+
+  template <class Table>
+  static void describe(Table& table) {
+    using O = SmootherOptions;
+    table.option("relinearize", &O::relinearize, {1e-12, 1e6},
+                 "a factor is linearised again once its linear model is off by more than this, in "
+                 "units of the objective");
+    table.option("wildfire", &O::wildfire, {1e-15, 1e6},
+                 "a step is propagated while it lowers the objective by more than this");
+    table.option("bend", &O::bend, {0.0, 1e6},
+                 "a part of the map is left as it is, or moved as a whole, while that raises the "
+                 "objective by no more than this");
+    table.option(
+        "bend_share", &O::bend_share, kProbability,
+        "besides, for each of its factors, by this share of what a factor costs in the mean");
+    table.field("defer", &O::defer,
+                "new factors, and variables that one of them determines, wait for an elimination "
+                "until that has cost this share of one; 0: each update eliminates");
+    table.option("rounds", &O::rounds, {1, 1000}, "rounds of the alternation for each update");
+    table.field(
+        "recent", &O::recent,
+        "newest poses that are kept near the root of the tree, where measurements touch it");
+    table.field("discrete", &O::discrete, "settings of discrete inference");
+  }
 };
 
 /// Online alternating minimisation (section IV-B): each update costs what it touches. The

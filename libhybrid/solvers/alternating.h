@@ -10,16 +10,28 @@
 namespace HYBRID_API hybrid {
 
 struct AlternatingOptions {
-  int max_iterations = 100;  ///< pairs of half-steps
-  /// Converged once a pair of half-steps lowers the joint objective by at most this share of the
-  /// cost, no discrete variable changed and the continuous half-step did not end at its iteration
-  /// limit.
+  int max_iterations = 100;
+  /// Besides, no discrete variable changed and the continuous half-step did not end at its limit.
   double relative_decrease = 1e-6;
-  /// Iterations of each continuous half-step, instead of continuous.max_iterations; it need not
-  /// reach the minimum for eq. 10 to hold, and the next one continues from its result.
+  /// Instead of continuous.max_iterations: a half-step need not reach the minimum for eq. 10 to
+  /// hold, and the next one continues from its result.
   int continuous_iterations = 100;
-  SolverOptions continuous;  ///< of the continuous half-steps
+  SolverOptions continuous;
   DiscreteOptions discrete;
+
+  template <class Table>
+  static void describe(Table& table) {
+    using O = AlternatingOptions;
+    table.option("max_iterations", &O::max_iterations, {1, 1e6},
+                 "at most so many pairs of a discrete and a continuous half-step");
+    table.option("relative_decrease", &O::relative_decrease, {1e-15, 1},
+                 "converged once a pair of half-steps lowers the objective by less than this share "
+                 "of the cost");
+    table.option("continuous_iterations", &O::continuous_iterations, {1, 1e6},
+                 "linear systems solved in one continuous half-step, at most", "linear_solves");
+    table.field("continuous", &O::continuous, "settings of the continuous half-steps");
+    table.field("discrete", &O::discrete, "settings of the discrete half-steps");
+  }
 };
 
 struct AlternatingResult {

@@ -62,7 +62,7 @@ std::string program_with(const std::string& section) {
   return "";
 }
 
-std::string describe(const std::string& type, const IniRange& range) {
+std::string describe(const std::string& type, const Interval& range) {
   const char* not_equal = range.open ? "" : "=";
   std::string text = type;
   if (range.min > kAnyNumber.min) text += fmt::format(", >{} {}", not_equal, range.min);
@@ -71,20 +71,14 @@ std::string describe(const std::string& type, const IniRange& range) {
   return text;
 }
 
-bool in_range(double value, const IniRange& range) {
-  if (range.or_zero && value == 0) return true;
-  if (range.open) return value > range.min && value < range.max;
-  return value >= range.min && value <= range.max;
-}
-
 template <class T>
-bool all_in_range(const T& value, const IniRange& range) {
+bool all_in_range(const T& value, const Interval& range) {
   if constexpr (std::is_arithmetic_v<T>) {
-    return in_range(static_cast<double>(value), range);
+    return range.contains(static_cast<double>(value));
   } else if constexpr (std::is_same_v<T, std::vector<double>> ||
                        std::is_same_v<T, std::vector<std::int64_t>>) {
     return std::all_of(value.begin(), value.end(),
-                       [&](auto x) { return in_range(static_cast<double>(x), range); });
+                       [&](auto x) { return range.contains(static_cast<double>(x)); });
   } else {
     return true;
   }
@@ -287,7 +281,7 @@ void IniSection::fail(const std::string& key, const std::string& why) const {
 }
 
 template <class T>
-T IniSection::parse(const IniFile::Entry& entry, const IniRange& range) const {
+T IniSection::parse(const IniFile::Entry& entry, const Interval& range) const {
   T value{};
   const std::string type = describe(ini::TypeName<T>::kText, range);
   if (entry.value.empty() && !std::is_class_v<T>) fail(entry.key, "is empty; expected: " + type);
@@ -299,7 +293,7 @@ T IniSection::parse(const IniFile::Entry& entry, const IniRange& range) const {
 
 template <class T>
 T IniSection::get(const std::string& key, const T& default_value, const std::string& meaning,
-                  const IniRange& range) {
+                  const Interval& range) {
   const IniFile::Entry* entry = find(key);
   const T value = entry != nullptr ? parse<T>(*entry, range) : default_value;
   declare({key, describe(ini::TypeName<T>::kText, range), "default " + ini::format(default_value),
@@ -308,7 +302,7 @@ T IniSection::get(const std::string& key, const T& default_value, const std::str
 }
 
 template <class T>
-T IniSection::require(const std::string& key, const std::string& meaning, const IniRange& range) {
+T IniSection::require(const std::string& key, const std::string& meaning, const Interval& range) {
   const bool absent = file_->documenting_ && find(key) == nullptr;
   const T value = absent ? T{} : parse<T>(find_required(key), range);
   if constexpr (std::is_class_v<T>) {
@@ -337,7 +331,7 @@ std::string IniSection::choice(const std::string& key, const std::string& defaul
 }
 
 double IniSection::degrees(const std::string& key, double default_degrees,
-                           const std::string& meaning, const IniRange& range_degrees) {
+                           const std::string& meaning, const Interval& range_degrees) {
   return get(key, default_degrees, meaning, range_degrees) * (M_PI / 180.0);
 }
 
@@ -361,31 +355,31 @@ std::string IniSection::path(const std::string& key, const std::string& default_
   return path;
 }
 
-template bool IniSection::get(const std::string&, const bool&, const std::string&, const IniRange&);
-template int IniSection::get(const std::string&, const int&, const std::string&, const IniRange&);
+template bool IniSection::get(const std::string&, const bool&, const std::string&, const Interval&);
+template int IniSection::get(const std::string&, const int&, const std::string&, const Interval&);
 template std::int64_t IniSection::get(const std::string&, const std::int64_t&, const std::string&,
-                                      const IniRange&);
+                                      const Interval&);
 template std::uint64_t IniSection::get(const std::string&, const std::uint64_t&, const std::string&,
-                                       const IniRange&);
+                                       const Interval&);
 template double IniSection::get(const std::string&, const double&, const std::string&,
-                                const IniRange&);
+                                const Interval&);
 template std::string IniSection::get(const std::string&, const std::string&, const std::string&,
-                                     const IniRange&);
+                                     const Interval&);
 template std::vector<double> IniSection::get(const std::string&, const std::vector<double>&,
-                                             const std::string&, const IniRange&);
+                                             const std::string&, const Interval&);
 template std::vector<std::int64_t> IniSection::get(const std::string&,
                                                    const std::vector<std::int64_t>&,
-                                                   const std::string&, const IniRange&);
+                                                   const std::string&, const Interval&);
 template std::vector<std::string> IniSection::get(const std::string&,
                                                   const std::vector<std::string>&,
-                                                  const std::string&, const IniRange&);
-template int IniSection::require(const std::string&, const std::string&, const IniRange&);
-template std::int64_t IniSection::require(const std::string&, const std::string&, const IniRange&);
-template double IniSection::require(const std::string&, const std::string&, const IniRange&);
-template std::string IniSection::require(const std::string&, const std::string&, const IniRange&);
+                                                  const std::string&, const Interval&);
+template int IniSection::require(const std::string&, const std::string&, const Interval&);
+template std::int64_t IniSection::require(const std::string&, const std::string&, const Interval&);
+template double IniSection::require(const std::string&, const std::string&, const Interval&);
+template std::string IniSection::require(const std::string&, const std::string&, const Interval&);
 template std::vector<double> IniSection::require(const std::string&, const std::string&,
-                                                 const IniRange&);
+                                                 const Interval&);
 template std::vector<std::string> IniSection::require(const std::string&, const std::string&,
-                                                      const IniRange&);
+                                                      const Interval&);
 
 }  // namespace hybrid

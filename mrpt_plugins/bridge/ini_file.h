@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <list>
 #include <map>
 #include <string>
@@ -14,42 +13,18 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/option.h"
 #include "libhybrid/export.h"
 
 namespace HYBRID_API hybrid {
 
 class IniSection;
 
-/// Interval of a number, bounds included unless `open`.
-struct IniRange {
-  double min = -1e15;  ///< beyond 1e15, doubles are more than 0.1 apart
-  double max = 1e15;
-  bool open = false;
-  bool or_zero = false;  ///< 0, with a meaning of its own, is allowed as well
-};
-
-// Plausible ranges of keys by unit. A value outside is a mistake: no quantity is measured so
-// finely, or the number carries no information. The squares of all values fit into one system of
-// equations.
-inline constexpr IniRange kAnyNumber{};
-inline constexpr IniRange kNonNegative{0.0, 1e9};
-inline constexpr IniRange kPositive{1e-9, 1e9};
-inline constexpr IniRange kProbability{0.0, 1.0};
-inline constexpr IniRange kCoordinate{-1e6, 1e6};  ///< [m]
-inline constexpr IniRange kLength{0.0, 1e6};       ///< [m]
-inline constexpr IniRange kPositiveLength{1e-6, 1e6};
-inline constexpr IniRange kDuration{0.0, 1e6};  ///< [s]
-inline constexpr IniRange kPositiveDuration{1e-6, 1e6};
-inline constexpr IniRange kSigmaMetres{1e-6, 1e3};
-inline constexpr IniRange kSigmaDegrees{1e-5, 360.0};
-inline constexpr IniRange kSigmaRadians{1e-7, 6.3};
-inline constexpr IniRange kTurn{-360.0, 360.0};  ///< [deg]
-
-/// The range with 0 allowed as well.
-constexpr IniRange or_zero(IniRange range) {
-  range.or_zero = true;
-  return range;
-}
+// Plausible ranges of further units, beside those of libhybrid/core/option.h.
+inline constexpr Interval kCoordinate{-1e6, 1e6};  ///< [m]
+inline constexpr Interval kSigmaDegrees{1e-5, 360.0};
+inline constexpr Interval kSigmaRadians{1e-7, 6.3};
+inline constexpr Interval kTurn{-360.0, 360.0};  ///< [deg]
 
 /// A strict INI file of at most 1 MiB. Its syntax is that of parse_ini(): that of
 /// mrpt::config::CConfigFile without `$env{}` and `$eval{}`. Names ignore case. Unlike MRPT, it
@@ -164,14 +139,20 @@ class IniSection {
 
   template <class T>
   T get(const std::string& key, const T& default_value, const std::string& meaning,
-        const IniRange& range = kAnyNumber);
+        const Interval& range = kAnyNumber);
   std::string get(const std::string& key, const char* default_value, const std::string& meaning) {
     return get<std::string>(key, default_value, meaning);
+  }
+  /// Reads a key whose default is the present value.
+  template <class T>
+  void read(const std::string& key, T& value, const std::string& meaning,
+            const Interval& range = kAnyNumber) {
+    value = get(key, value, meaning, range);
   }
 
   /// A key without default.
   template <class T>
-  T require(const std::string& key, const std::string& meaning, const IniRange& range = kAnyNumber);
+  T require(const std::string& key, const std::string& meaning, const Interval& range = kAnyNumber);
 
   /// One word out of `choices`.
   std::string choice(const std::string& key, const std::string& default_value,
@@ -179,7 +160,7 @@ class IniSection {
 
   /// An angle written in degrees, default in degrees; returns radians.
   double degrees(const std::string& key, double default_degrees, const std::string& meaning,
-                 const IniRange& range_degrees = kAnyNumber);
+                 const Interval& range_degrees = kAnyNumber);
 
   /// A path; if relative, taken relative to the folder of the INI file. Empty stays empty, and "-"
   /// standard input.
@@ -213,7 +194,7 @@ class IniSection {
   void declare(IniFile::Declaration declaration);
   void note_path(const std::string& key, const std::string& absolute);
   template <class T>
-  T parse(const IniFile::Entry& entry, const IniRange& range) const;
+  T parse(const IniFile::Entry& entry, const Interval& range) const;
 
   IniFile* file_;
   IniFile::Section* section_;

@@ -86,8 +86,7 @@ GraphPlan read_graph_plan(IniFile& ini, const std::string& name, const fs::path&
                   "without labels: true closures are right within this distance (m) of the truth; "
                   "0: all closures of the file are true",
                   kLength);
-  graph.label_angle =
-      section.degrees("label_angle", 20.0, "and within this angle", IniRange{1e-6, 360});
+  graph.label_angle = section.degrees("label_angle", 20.0, "and within this angle", {1e-6, 360});
   check_names(section, "variants", graph.variants);
   const bool varies = graph.file.find(kVariant) != std::string::npos;
   if (varies == graph.variants.empty()) {
@@ -287,11 +286,11 @@ ExperimentPlan read_plan(IniFile& ini) {
                                   "robust pose graphs, or replays of logs") == "replay";
   plan.title = experiment.get("title", "Experiment", "heading of the plots");
   read_methods(experiment, plan);
-  plan.trials = experiment.get("trials", 10, "seeds per point", IniRange{1, 100000});
+  plan.trials = experiment.get("trials", 10, "seeds per point", {1, 100000});
   plan.first_seed = experiment.get<std::uint64_t>("first_seed", 1, "seeds are this, the next, ...");
   plan.time_limit = experiment.get("time_limit", 300.0, "seconds after which a trial is ended",
                                    kPositiveDuration);
-  plan.jobs = experiment.get("jobs", 0, "trials at a time; 0: one per core", IniRange{0, 1024});
+  plan.jobs = experiment.get("jobs", 0, "trials at a time; 0: one per core", {0, 1024});
   plan.rank_silence = experiment.get(
       "rank_silence", 60.0,
       "under mpirun or srun: seconds after which a rank that says nothing is given up",
@@ -305,12 +304,11 @@ ExperimentPlan read_plan(IniFile& ini) {
                        "what is taken from summary.json");
     plan.outlier_rates = {0.0};
   } else {
-    plan.outlier_rates = experiment.get(
-        "outlier_rates", std::vector<double>{0.0},
-        "shares of false closures, added by the protocol of the paper", IniRange{0, 1});
-    plan.success_ate =
-        experiment.get("success_ate", plan.success_ate,
-                       "a trial succeeds with a mean error of at most this (m)", kPositiveLength);
+    plan.outlier_rates =
+        experiment.get("outlier_rates", std::vector<double>{0.0},
+                       "shares of false closures, added by the protocol of the paper", {0, 1});
+    experiment.read("success_ate", plan.success_ate,
+                    "a trial succeeds with a mean error of at most this (m)", kPositiveLength);
     plan.method_options = read_method_options(ini);
     plan.method_options.set_threads(1);
     for (double rate : plan.outlier_rates) {

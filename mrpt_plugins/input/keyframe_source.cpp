@@ -89,25 +89,22 @@ void read_keyframes(IniFile& ini, SourceOptions& options) {
                   "With all at 0 every frame does; where laser scans alone are mapped and none is "
                   "given, one every half metre or 20 degrees does");
   KeyframeOptions& k = options.keyframes;
-  k.min_distance =
-      keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
-  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", IniRange{0, 360});
-  k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kDuration);
+  keyframes.read("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
+  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", {0, 360});
+  keyframes.read("min_time", k.min_time, "since then [s]", kDuration);
   keyframes.replaces("tracklets", "gather");
-  options.tracklets = keyframes.get(
+  keyframes.read(
       "tracklets", options.tracklets,
       "follow detections between keyframes by odometry and hand each thing on as one detection; "
       "otherwise what is seen between keyframes is left out, unless landmarks get extents");
-  options.tracker.common = keyframes.get("common_noise", options.tracker.common,
-                                         "tracklets: share of the variance that all detections of "
-                                         "one thing have in common, so that it "
-                                         "does not average out",
-                                         kProbability);
-  options.tracker.lasts =
-      keyframes.get("common_noise_s", options.tracker.lasts,
-                    "tracklets: how long that part lasts; with keyframes more frequent than this, "
-                    "each tells as much less [s]",
-                    kDuration);
+  keyframes.read("common_noise", options.tracker.common,
+                 "tracklets: share of the variance that all detections of one thing have in "
+                 "common, so that it does not average out",
+                 kProbability);
+  keyframes.read("common_noise_s", options.tracker.lasts,
+                 "tracklets: how long that part lasts; with keyframes more frequent than this, "
+                 "each tells as much less [s]",
+                 kDuration);
 }
 
 /// Section [sensor].
@@ -115,11 +112,9 @@ void read_sensor(IniFile& ini, SourceOptions& options) {
   IniSection sensor = ini.section(
       "sensor", "Which measurements of range and bearing are accepted, and their noise");
   DetectionOptions& d = options.detections;
-  d.max_range =
-      sensor.get("max_range", d.max_range, "longer ranges are dropped [m]", kPositiveLength);
-  d.sigma_range =
-      sensor.get("sigma_range", d.sigma_range,
-                 "standard deviation of ranges [m]; 0: as the log says", or_zero(kSigmaMetres));
+  sensor.read("max_range", d.max_range, "longer ranges are dropped [m]", kPositiveLength);
+  sensor.read("sigma_range", d.sigma_range, "standard deviation of ranges [m]; 0: as the log says",
+              or_zero(kSigmaMetres));
   d.sigma_yaw =
       sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", or_zero(kSigmaDegrees));
   d.sigma_pitch = sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says",
@@ -129,8 +124,7 @@ void read_sensor(IniFile& ini, SourceOptions& options) {
   scans.max_range = d.max_range;
   scans.field_of_view = sensor.degrees(
       "fov_deg", 0.0,
-      "field of view of laser scans, from the first ray to the last; 0: as the log says",
-      IniRange{0, 360});
+      "field of view of laser scans, from the first ray to the last; 0: as the log says", {0, 360});
 
   options.noise = parse_noise(sensor.choice(
       "noise", "auto", {"auto", "stated", "measured"},
@@ -160,29 +154,26 @@ SourceOptions read_source_options(IniFile& ini) {
     reader.replaces(key, key, "log");
   }
   MotionModel& m = options.reader.motion_model;
-  m.minStdXY = reader.get("odometry_sigma_m", m.minStdXY,
-                          "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
+  reader.read("odometry_sigma_m", m.minStdXY,
+              "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
   m.minStdPHI = reader.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
                                "the same for the angle", kSigmaDegrees);
   options.correction.translation = options.correction.rotation =
       reader.get("odometry_sigma_factor", 1.0, "of all odometry, as it is stated", kPositive);
-  options.reader.clock_offset =
-      reader.get("clock_offset", options.reader.clock_offset,
-                 "added to the time stamps of the log, so that those of several robots are of one "
-                 "clock [s]",
-                 IniRange{-1e9, 1e9});
-  options.reader.period = reader.get("period", options.reader.period,
-                                     "between frames without a time stamp [s]", kPositiveDuration);
-  options.reader.arrival_window = reader.get(
-      "arrival_window", options.reader.arrival_window,
-      "single observations are put in the order of their stamps where they arrive at most so much "
-      "later than others, but not those of standard input [s]",
-      kDuration);
-  options.reader.max_speed = reader.get(
-      "max_speed", options.reader.max_speed,
-      "odometry that leads farther in the time between frames, or in a period where that "
-      "is longer, is dropped as damaged [m/s]",
-      IniRange{1e-3, 1e4});
+  reader.read(
+      "clock_offset", options.reader.clock_offset,
+      "added to the time stamps of the log, so that those of several robots are of one clock [s]",
+      {-1e9, 1e9});
+  reader.read("period", options.reader.period, "between frames without a time stamp [s]",
+              kPositiveDuration);
+  reader.read("arrival_window", options.reader.arrival_window,
+              "single observations are put in the order of their stamps where they arrive at most "
+              "so much later than others, but not those of standard input [s]",
+              kDuration);
+  reader.read("max_speed", options.reader.max_speed,
+              "odometry that leads farther in the time between frames, or in a period where that "
+              "is longer, is dropped as damaged [m/s]",
+              {1e-3, 1e4});
   return options;
 }
 

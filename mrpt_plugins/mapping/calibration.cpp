@@ -117,8 +117,7 @@ CalibrationOptions read_calibration_options(IniFile& ini) {
   } else if (!start.empty()) {
     s.fail("sensor_start", "needs six numbers: x y z yaw pitch roll");
   }
-  options.sensor_sigma_m =
-      s.get("sensor_sigma_m", options.sensor_sigma_m, "prior around the start [m]", kSigmaMetres);
+  s.read("sensor_sigma_m", options.sensor_sigma_m, "prior around the start [m]", kSigmaMetres);
   options.sensor_sigma_rad =
       s.degrees("sensor_sigma_deg", 60.0, "the same for the rotation", kSigmaDegrees);
   options.odometry = s.get("odometry", false, "estimate scale and drift of the odometry");
@@ -130,8 +129,7 @@ CalibrationOptions read_calibration_options(IniFile& ini) {
   for (std::size_t i = 2; i < options.odometry_start.size(); ++i) {
     options.odometry_start[i] *= kDegree;
   }
-  options.scale_sigma =
-      s.get("scale_sigma", options.scale_sigma, "prior around the scales", IniRange{1e-6, 10});
+  s.read("scale_sigma", options.scale_sigma, "prior around the scales", {1e-6, 10});
   options.drift_sigma =
       s.degrees("drift_sigma_deg", 30.0, "prior around the drift [deg/m]", kSigmaDegrees);
   return options;

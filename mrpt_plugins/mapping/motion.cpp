@@ -51,7 +51,7 @@ constexpr const char* kTransitionMeaning =
 /// One number per mode.
 std::vector<double> per_mode(IniSection& s, const std::string& key, std::size_t modes,
                              const std::vector<double>& two, double otherwise,
-                             const std::string& meaning, const IniRange& range) {
+                             const std::string& meaning, const Interval& range) {
   const auto given = s.get(key, std::vector<double>{}, meaning, range);
   if (given.empty()) return modes == 2 ? two : std::vector<double>(modes, otherwise);
   if (given.size() != modes) {
@@ -100,16 +100,16 @@ void read_modes(IniFile& ini, MotionOptions& options) {
   const auto shares = per_mode(
       s, "share", n, {1.0, 0.5}, 1.0,
       "per mode, which part of the measured motion is real; empty: 1, of a second mode 0.5",
-      IniRange{0, 10});
+      {0, 10});
   const auto sigmas = per_mode(
       s, "share_sigma", n, {0.0, 0.3}, 0.0,
       "per mode, uncertainty of that part, beside the noise of odometry; empty: 0, of a second "
       "mode 0.3",
-      IniRange{0, 10});
+      {0, 10});
   const auto angles = per_mode(s, "sigma_deg", n, {0.0, 3.0}, 0.0,
                                "per mode, noise added to the rotation [deg]; empty: 0, of a second "
                                "mode 3",
-                               IniRange{0, 360});
+                               {0, 360});
   for (std::size_t i = 0; i < n; ++i) {
     options.modes.push_back({names[i], shares[i], sigmas[i], angles[i] * (M_PI / 180)});
   }
@@ -137,32 +137,29 @@ OdometryIncrement in_mode(OdometryIncrement odometry, const MotionMode& mode) {
 MotionOptions read_motion_options(IniFile& ini) {
   MotionOptions options;
   IniSection odometry = ini.section("odometry", "Noise of the motion from keyframe to keyframe");
-  options.odometry_sigmas = odometry.get(
-      "sigmas", options.odometry_sigmas,
-      "standard deviations of x y angle, or in space of x y z and the rotation vector [m, rad], in "
-      "the frame of the robot; empty: the covariance in the log",
-      IniRange{1e-7, 1e3});
-  options.standstill_sigma_m = odometry.get(
+  odometry.read("sigmas", options.odometry_sigmas,
+                "standard deviations of x y angle, or in space of x y z and the rotation vector "
+                "[m, rad], in the frame of the robot; empty: the covariance in the log",
+                {1e-7, 1e3});
+  odometry.read(
       "standstill_sigma_m", options.standstill_sigma_m,
       "where odometry says exactly no motion, as wheels at rest do, its noise [m]; 0: as any",
       or_zero(kSigmaMetres));
   options.standstill_sigma_rad =
       odometry.degrees("standstill_sigma_deg", 0.001, "the same for the rotation", kSigmaDegrees);
-  options.steady_sigma_m = odometry.get("steady_sigma_m", options.steady_sigma_m,
-                                        "for a robot at steady speed: by how much its step changes "
-                                        "between keyframes [m]; 0: anything",
-                                        or_zero(kSigmaMetres));
+  odometry.read("steady_sigma_m", options.steady_sigma_m,
+                "for a robot at steady speed: by how much its step changes between keyframes [m]; "
+                "0: anything",
+                or_zero(kSigmaMetres));
   read_modes(ini, options);
-  options.lost_sigma_m = odometry.get(
-      "lost_sigma_m", options.lost_sigma_m,
-      "where odometry is missing, the robot is taken to stand still with this sigma", kSigmaMetres);
+  odometry.read("lost_sigma_m", options.lost_sigma_m,
+                "where odometry is missing, the robot is taken to stand still with this sigma",
+                kSigmaMetres);
   options.lost_sigma_rad =
       odometry.degrees("lost_sigma_deg", 30.0, "the same for the rotation", kSigmaDegrees);
   IniSection prior = ini.section("prior", "The first pose, which is the origin of the map");
-  options.prior_sigma_m =
-      prior.get("sigma_m", options.prior_sigma_m, "of its position [m]", kSigmaMetres);
-  options.prior_sigma_rad =
-      prior.get("sigma_rad", options.prior_sigma_rad, "of its rotation [rad]", kSigmaRadians);
+  prior.read("sigma_m", options.prior_sigma_m, "of its position [m]", kSigmaMetres);
+  prior.read("sigma_rad", options.prior_sigma_rad, "of its rotation [rad]", kSigmaRadians);
   return options;
 }
 

@@ -52,22 +52,20 @@ const char* fault(double range, const Eigen::Vector3d& antenna, double max_range
 }  // namespace
 
 void BeaconRanges::configure(IniSection section) {
-  sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
-  sigma_ = section.get("sigma", sigma_, "standard deviation of ranges [m]; 0: as the log says",
-                       or_zero(kSigmaMetres));
-  sigma_factor_ = section.get("sigma_factor", sigma_factor_,
-                              "factor of the standard deviations of the log", kPositive);
-  max_range_ =
-      section.get("max_range", max_range_, "longer ranges are dropped [m]; 0: none is", kLength);
+  section.read("sensors", sensors_, "labels of the sensors to use; empty: all");
+  section.read("sigma", sigma_, "standard deviation of ranges [m]; 0: as the log says",
+               or_zero(kSigmaMetres));
+  section.read("sigma_factor", sigma_factor_, "factor of the standard deviations of the log",
+               kPositive);
+  section.read("max_range", max_range_, "longer ranges are dropped [m]; 0: none is", kLength);
   section.replaces("circle_hypotheses", "circle_places");
   section.replaces("sphere_hypotheses", "sphere_places");
-  circle_hypotheses_ = section.get("circle_hypotheses", circle_hypotheses_,
-                                   "hypotheses on the circle of a first range", IniRange{4, 10000});
-  sphere_hypotheses_ = section.get("sphere_hypotheses", sphere_hypotheses_,
-                                   "and on the sphere, for a map in space", IniRange{8, 10000});
-  delay_ = section.get("delay", delay_,
-                       "keyframes that a range to an unknown beacon waits before it is used",
-                       IniRange{0, 10000});
+  section.read("circle_hypotheses", circle_hypotheses_, "hypotheses on the circle of a first range",
+               {4, 10000});
+  section.read("sphere_hypotheses", sphere_hypotheses_, "and on the sphere, for a map in space",
+               {8, 10000});
+  section.read("delay", delay_,
+               "keyframes that a range to an unknown beacon waits before it is used", {0, 10000});
   bank_ = read_bank_options(section);
 }
 

@@ -37,13 +37,12 @@ ContinuousFactorPtr prior_of_position(const PlacedLandmark& landmark) {
 }  // namespace
 
 void BearingOnlyKnownIds::configure(IniSection section) {
-  sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
-  least_depth_ =
-      section.get("least_depth", least_depth_, "of a landmark at first sight [m]", kPositiveLength);
-  greatest_depth_ = section.get("greatest_depth", greatest_depth_,
-                                "of a landmark at first sight [m]", kPositiveLength);
+  section.read("sensors", sensors_, "labels of the sensors to use; empty: all");
+  section.read("least_depth", least_depth_, "of a landmark at first sight [m]", kPositiveLength);
+  section.read("greatest_depth", greatest_depth_, "of a landmark at first sight [m]",
+               kPositiveLength);
   if (greatest_depth_ <= least_depth_) section.fail("greatest_depth", "is below least_depth");
-  depths_ = section.get("depths", depths_, "tried between them", IniRange{2, 1000});
+  section.read("depths", depths_, "tried between them", {2, 1000});
   bank_ = read_bank_options(section);
   classes_ = read_class_model(section);
 }

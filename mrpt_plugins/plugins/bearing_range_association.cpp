@@ -21,18 +21,15 @@ void BearingRangeAssociation::configure(IniSection section) {
   const ClassModel classes = read_class_model(section);
   association_ = LandmarkAssociation(read_association_options(section), classes, sensors_);
   DirectionTrackerOptions o;
-  o.least_depth = section.get("least_depth", o.least_depth,
-                              "of a thing that is seen by direction alone, at first sight [m]",
-                              kPositiveLength);
-  o.range_sigma = section.get("range_sigma", o.range_sigma,
-                              "its range is known where its sigma is at most this share of it",
-                              IniRange{0.01, 0.5});
-  o.memory = section.get("memory", o.memory, "it is given up once it was not seen for so long [s]",
-                         IniRange{0, 1e4});
+  section.read("least_depth", o.least_depth,
+               "of a thing that is seen by direction alone, at first sight [m]", kPositiveLength);
+  section.read("range_sigma", o.range_sigma,
+               "its range is known where its sigma is at most this share of it", {0.01, 0.5});
+  section.read("memory", o.memory, "it is given up once it was not seen for so long [s]", {0, 1e4});
   directions_ = DirectionTracker(o);
-  every_ = section.get("every", every_,
-                       "way after which the ranges that directions tell by then are used [m]",
-                       kPositiveLength);
+  section.read("every", every_,
+               "way after which the ranges that directions tell by then are used [m]",
+               kPositiveLength);
 }
 
 Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView& map) {

@@ -73,10 +73,10 @@ int first_class(std::vector<double> prior, const std::vector<double>& likelihood
 
 void IdReading::configure(IniSection& section) {
   sensors = read_sensors(section);
-  huber_width = section.get("huber_width", huber_width,
-                            "for ids that are sometimes misread: beyond so many sigmas the cost of "
-                            "a sighting grows only linearly; 0: none is wrong",
-                            or_zero(IniRange{1e-3, 1e3}));
+  section.read("huber_width", huber_width,
+               "for ids that are sometimes misread: beyond so many sigmas the cost of a sighting "
+               "grows only linearly; 0: none is wrong",
+               or_zero({1e-3, 1e3}));
 }
 
 void BearingRangeKnownIds::adopt(const KnownMap& known, bool) {

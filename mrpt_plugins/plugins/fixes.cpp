@@ -13,33 +13,25 @@ HYBRID_REGISTER_PLUGIN(Fixes, hybrid)
 namespace hybrid {
 void Fixes::configure(IniSection section) {
   FixModel model;
-  model.modes = section.get("modes", model.modes,
-                            "each fix is good, biased as others of its run, or false; no: errors "
-                            "are Gaussian and independent");
-  model.huber_width = section.get(
-      "huber_width", model.huber_width,
-      "without modes: beyond so many sigmas the cost of a fix grows only linearly; 0: none is "
-      "wrong",
-      or_zero(IniRange{1e-3, 1e3}));
-  model.gate =
-      section.get("gate", model.gate,
-                  "without modes: a fix farther from where it is expected is left out [m]; "
-                  "0: none is",
-                  kLength);
-  model.good_sigma = section.get(
-      "sigma", model.good_sigma,
-      "of good fixes whose quality is not stated, along each horizontal axis [m]", kSigmaMetres);
-  model.bias_sigma =
-      section.get("bias_sigma", model.bias_sigma, "of the bias of biased fixes [m]", kSigmaMetres);
-  model.lasts =
-      section.get("lasts", model.lasts, "time in which the error of a receiver becomes another [s]",
-                  kPositiveDuration);
-  model.good_lasts =
-      section.get("good_lasts", model.good_lasts, "of a run of good fixes [s]", kPositiveDuration);
-  model.bias_lasts = section.get("bias_lasts", model.bias_lasts, "of a run of biased fixes [s]",
-                                 kPositiveDuration);
-  model.false_share = section.get("false_share", model.false_share, "of all fixes, that are false",
-                                  IniRange{1e-9, 0.5});
+  section.read("modes", model.modes,
+               "each fix is good, biased as others of its run, or false; no: errors are Gaussian "
+               "and independent");
+  section.read("huber_width", model.huber_width,
+               "without modes: beyond so many sigmas the cost of a fix grows only linearly; 0: "
+               "none is wrong",
+               or_zero({1e-3, 1e3}));
+  section.read("gate", model.gate,
+               "without modes: a fix farther from where it is expected is left out [m]; 0: none is",
+               kLength);
+  section.read("sigma", model.good_sigma,
+               "of good fixes whose quality is not stated, along each horizontal axis [m]",
+               kSigmaMetres);
+  section.read("bias_sigma", model.bias_sigma, "of the bias of biased fixes [m]", kSigmaMetres);
+  section.read("lasts", model.lasts, "time in which the error of a receiver becomes another [s]",
+               kPositiveDuration);
+  section.read("good_lasts", model.good_lasts, "of a run of good fixes [s]", kPositiveDuration);
+  section.read("bias_lasts", model.bias_lasts, "of a run of biased fixes [s]", kPositiveDuration);
+  section.read("false_share", model.false_share, "of all fixes, that are false", {1e-9, 0.5});
   mapper_ = FixMapper(model);
 }
 

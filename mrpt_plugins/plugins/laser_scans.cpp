@@ -81,18 +81,17 @@ std::vector<StoredScans> places_of(const ScanMapper& mapper) {
 
 void LaserScans::configure(IniSection section) {
   ScanTrackerOptions& tracker = options_.tracker;
-  tracker.map_length =
-      section.get("map_length", tracker.map_length,
-                  "way that a local map spans, with which scans are matched [m]", kPositiveLength);
+  section.read("map_length", tracker.map_length,
+               "way that a local map spans, with which scans are matched [m]", kPositiveLength);
   ScanClosureOptions& closures = options_.closures;
   closures.most_maps = section.get("closures", true, "whether to search for places seen before")
                            ? closures.most_maps
                            : 0;
-  closures.max_reach = section.get(
-      "max_reach", closures.max_reach,
-      "how far from where they should be such places are searched, at most [m]", kPositiveLength);
-  options_.points.max_range = section.get("max_range", options_.points.max_range,
-                                          "longer rays are not used [m]", kPositiveLength);
+  section.read("max_reach", closures.max_reach,
+               "how far from where they should be such places are searched, at most [m]",
+               kPositiveLength);
+  section.read("max_range", options_.points.max_range, "longer rays are not used [m]",
+               kPositiveLength);
 }
 
 /// The motion from the last frame with scans by odometry; empty at the first, and where odometry

@@ -105,21 +105,19 @@ CloudFollower* cloud_follower_of(const std::vector<std::shared_ptr<MappingPlugin
 
 void PointClouds::configure(IniSection section) {
   CloudTrackerOptions& tracker = options_.tracker;
-  tracker.spacing = section.get("spacing", tracker.spacing,
-                                "of the points that are kept, as a share of the reach: the median "
-                                "distance of what the sensor sees",
-                                IniRange{1e-3, 0.5});
-  tracker.map_length = section.get(
-      "map_length", tracker.map_length,
-      "way that a local map spans, with which clouds are matched, in reaches", IniRange{0.1, 1e3});
+  section.read("spacing", tracker.spacing,
+               "of the points that are kept, as a share of the reach: the median distance of what "
+               "the sensor sees",
+               {1e-3, 0.5});
+  section.read("map_length", tracker.map_length,
+               "way that a local map spans, with which clouds are matched, in reaches", {0.1, 1e3});
   CloudClosureOptions& closures = options_.closures;
   closures.most_maps = section.get("closures", true, "whether to search for places seen before")
                            ? closures.most_maps
                            : 0;
-  closures.max_reach = section.get("max_reach", closures.max_reach,
-                                   "how far from where they should be such places are searched, at "
-                                   "most, in reaches",
-                                   IniRange{0.01, 1e3});
+  section.read("max_reach", closures.max_reach,
+               "how far from where they should be such places are searched, at most, in reaches",
+               {0.01, 1e3});
   const std::string candidates =
       section.path("candidates", "",
                    "g2o file with a pose for each cloud, whose edges between poses that do not "

@@ -14,10 +14,10 @@ namespace {
 StartOptions read_start(IniSection& map) {
   StartOptions o;
   std::vector<double>& pose = o.pose;
-  pose = map.get("start", pose,
-                 "pose of the first keyframe in the map, x y yaw or x y z yaw pitch roll [m, "
-                 "deg]; empty: found by landmarks or laser scans",
-                 kCoordinate);
+  map.read("start", pose,
+           "pose of the first keyframe in the map, x y yaw or x y z yaw pitch roll [m, deg]; "
+           "empty: found by landmarks or laser scans",
+           kCoordinate);
   for (std::size_t i = pose.size() / 2 + pose.size() % 2; i < pose.size(); ++i) {
     pose[i] *= M_PI / 180;
   }
@@ -41,11 +41,11 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
                       "what a log does to the map file: build a new one; extend the one there is; "
                       "localize in it and leave it as it is; auto: extend where there is one");
   if (!request.map_mode.empty()) o.mode = request.map_mode;
-  o.commit_every = map.get("commit_every", o.commit_every,
-                           "keyframes between two writes to the map file", IniRange{1, 1e6});
-  o.odds = map.get("localize_odds", o.odds,
-                   "evidence that a place in the map needs, against chance and against any other",
-                   IniRange{1, 1e12});
+  map.read("commit_every", o.commit_every, "keyframes between two writes to the map file",
+           {1, 1e6});
+  map.read("localize_odds", o.odds,
+           "evidence that a place in the map needs, against chance and against any other",
+           {1, 1e12});
   o.start = read_start(map);
   const std::vector<double> origin =
       map.get("origin", std::vector<double>(),

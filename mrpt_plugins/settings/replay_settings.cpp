@@ -77,7 +77,7 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
       log.get("truth_step", 0,
               "step of the log that the first row of a true path without times is of: 1 where the "
               "log has a frame before its first action, and the rows begin with that action",
-              IniRange{0, 1e9}));
+              {0, 1e9}));
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "
                              "as the antenna [m]",
@@ -115,12 +115,11 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
 RobotSettings read_one(IniFile& ini, const ReplayRequest& request, ReplaySettings& settings) {
   RobotSettings robot;
   read_log(ini, settings, robot);
-  settings.match_radius =
-      ini.section("evaluation", "Comparison with the truth")
-          .get("match_radius", settings.match_radius,
-               "where the ids of the log are not taken for granted, a landmark counts as found if "
-               "one of the map is this near, each taken once [m]",
-               kPositiveLength);
+  ini.section("evaluation", "Comparison with the truth")
+      .read("match_radius", settings.match_radius,
+            "where the ids of the log are not taken for granted, a landmark counts as found if one "
+            "of the map is this near, each taken once [m]",
+            kPositiveLength);
   robot.source = read_source_options(ini);
   robot.source.reader.libraries = request.plugin_libraries;
   settings.map = read_map_options(ini, request);
@@ -134,13 +133,12 @@ RobotSettings read_one(IniFile& ini, const ReplayRequest& request, ReplaySetting
 void read_meetings(IniFile& ini, ReplaySettings& settings) {
   IniSection robots =
       ini.section("robots", "Where there are several robots, each a section [robot.NAME]");
-  settings.sightings = robots.get("sightings", settings.sightings,
-                                  "use what they see of each other, by the id of each");
-  settings.huber_width =
-      robots.get("huber_width", settings.huber_width,
-                 "for ids that are sometimes misread: beyond so many sigmas the cost of such a "
-                 "sighting grows only linearly; 0: none is wrong",
-                 or_zero(IniRange{1e-3, 1e3}));
+  robots.read("sightings", settings.sightings,
+              "use what they see of each other, by the id of each");
+  robots.read("huber_width", settings.huber_width,
+              "for ids that are sometimes misread: beyond so many sigmas the cost of such a "
+              "sighting grows only linearly; 0: none is wrong",
+              or_zero({1e-3, 1e3}));
 }
 
 /// The settings of the robots that the INI names, of which each reads it with values of its own.

@@ -13,8 +13,8 @@
 namespace hybrid {
 namespace {
 
-constexpr IniRange kCount{1, 100000};
-constexpr IniRange kFullAngle{0, 360};
+constexpr Interval kCount{1, 100000};
+constexpr Interval kFullAngle{0, 360};
 
 std::array<double, 3> triple(IniSection& section, const std::string& key,
                              const std::vector<double>& default_value, const char* meaning) {
@@ -53,7 +53,7 @@ Scenario::Path read_path(IniFile& ini) {
   path.laps = s.get("laps", 1, "How often it is driven", kCount);
   path.step = s.get("step", 0.5, "Distance between frames [m]", kPositiveLength);
   path.max_turn =
-      s.degrees("max_turn_deg", 15, "Turn between frames at a corner [deg]", IniRange{0.1, 180});
+      s.degrees("max_turn_deg", 15, "Turn between frames at a corner [deg]", {0.1, 180});
   path.period = s.get("period", 0.5, "Time between frames [s]", kPositiveDuration);
   path.radius = s.get("radius", 7.5, "Of the circle, driven to the left [m]", kPositiveLength);
   path.width = s.get("width", 20.0, "Length of a lane of the lawnmower [m]", kPositiveLength);
@@ -65,8 +65,8 @@ Scenario::Path read_path(IniFile& ini) {
             "x y of each waypoint after the start, as seen from there [m]", kCoordinate);
   path.height = s.get("height", 0.0, "In 3d: the path rises and falls from 0 to this height [m]",
                       kCoordinate);
-  path.waves = s.get("waves", 2.0, "In 3d: waves of height and roll per path", IniRange{0, 1e4});
-  path.roll = s.degrees("roll_deg", 0, "In 3d: amplitude of the roll [deg]", IniRange{-90, 90});
+  path.waves = s.get("waves", 2.0, "In 3d: waves of height and roll per path", {0, 1e4});
+  path.roll = s.degrees("roll_deg", 0, "In 3d: amplitude of the roll [deg]", {-90, 90});
   if (path.shape == "waypoints" && (path.waypoints.empty() || path.waypoints.size() % 2 != 0)) {
     s.fail("waypoints", "needs pairs of x y");
   }
@@ -81,9 +81,8 @@ Scenario::Odometry read_odometry(IniFile& ini, bool is_3d) {
   odometry.sigma_tilt =
       s.degrees("sigma_tilt_deg", 0.3, "In 3d: pitch and roll [deg]", kSigmaDegrees);
   odometry.scale_translation =
-      s.get("scale_translation", 1.0, "Motion per measured translation", IniRange{1e-3, 1e3});
-  odometry.scale_rotation =
-      s.get("scale_rotation", 1.0, "Turn per measured rotation", IniRange{1e-3, 1e3});
+      s.get("scale_translation", 1.0, "Motion per measured translation", {1e-3, 1e3});
+  odometry.scale_rotation = s.get("scale_rotation", 1.0, "Turn per measured rotation", {1e-3, 1e3});
   odometry.drift =
       s.degrees("drift_deg_per_m", 0, "Turn per measured metre, unnoticed [deg]", kTurn);
   const bool errs =
@@ -97,9 +96,9 @@ Scenario::Slip read_slip(IniFile& ini) {
   Scenario::Slip slip;
   slip.start = s.get("start", 0.0, "Probability per frame that it begins; 0: never", kProbability);
   slip.stay = s.get("stay", 0.8, "Probability per frame that it goes on", kProbability);
-  slip.min_share = s.get("min_share", 0.2, "Least share of the measured translation that is real",
-                         IniRange{0.01, 1});
-  slip.max_share = s.get("max_share", 0.7, "Largest share", IniRange{0.01, 1});
+  slip.min_share =
+      s.get("min_share", 0.2, "Least share of the measured translation that is real", {0.01, 1});
+  slip.max_share = s.get("max_share", 0.7, "Largest share", {0.01, 1});
   slip.sigma_yaw =
       s.degrees("sigma_yaw_deg", 2.0, "Noise added to the heading [deg]", or_zero(kSigmaDegrees));
   if (slip.min_share > slip.max_share) s.fail("max_share", "is below min_share");
@@ -109,11 +108,10 @@ Scenario::Slip read_slip(IniFile& ini) {
 Scenario::Movers read_movers(IniFile& ini) {
   IniSection s = ini.section("movers", "Things that move; adds F_ground_truth_movers.csv");
   Scenario::Movers movers;
-  movers.count = s.get("count", 0, "How many", IniRange{0, 10000});
-  movers.speed = s.get("speed", 1.0, "At first, in a random direction [m/s]", IniRange{0, 1e3});
+  movers.count = s.get("count", 0, "How many", {0, 10000});
+  movers.speed = s.get("speed", 1.0, "At first, in a random direction [m/s]", {0, 1e3});
   movers.acceleration =
-      s.get("acceleration", 0.2, "By which each component changes within a second [m/s]",
-            IniRange{0, 1e3});
+      s.get("acceleration", 0.2, "By which each component changes within a second [m/s]", {0, 1e3});
   return movers;
 }
 
@@ -131,7 +129,7 @@ Scenario::Laser read_laser(IniFile& ini, bool is_3d) {
   IniSection s = ini.section(
       "laser", "A planar laser in a floor plan, in 2d: scans beside, or instead of, detections");
   Scenario::Laser laser;
-  laser.rays = s.get("rays", 0, "Of a scan; 0: there is no laser", IniRange{0, 10000});
+  laser.rays = s.get("rays", 0, "Of a scan; 0: there is no laser", {0, 10000});
   const auto pose =
       s.get("pose", std::vector<double>{0, 0, 0}, "On the robot: x y yaw [m, deg]", kCoordinate);
   if (pose.size() != 3) s.fail("pose", "needs three numbers: x y yaw");
@@ -192,8 +190,7 @@ Scenario::Sensor read_sensor(IniFile& ini, bool is_3d) {
   sensor.min_range = s.get("min_range", 0.5, "Nothing nearer is seen [m]", kLength);
   sensor.max_range = s.get("max_range", 8.0, "Nothing farther is seen [m]", kPositiveLength);
   sensor.fov_yaw = s.degrees("fov_yaw_deg", 180, "Full horizontal view [deg]", kFullAngle);
-  sensor.fov_pitch =
-      s.degrees("fov_pitch_deg", 60, "In 3d: full vertical view [deg]", IniRange{0, 180});
+  sensor.fov_pitch = s.degrees("fov_pitch_deg", 60, "In 3d: full vertical view [deg]", {0, 180});
   sensor.sigma_range = s.get("sigma_range", 0.05, "Noise of range [m]", kSigmaMetres);
   sensor.sigma_yaw = s.degrees("sigma_yaw_deg", 0.5, "Noise of yaw [deg]", kSigmaDegrees);
   sensor.sigma_pitch =
@@ -201,7 +198,7 @@ Scenario::Sensor read_sensor(IniFile& ini, bool is_3d) {
   sensor.detection_probability =
       s.get("detection_probability", 0.95, "That a landmark in view is seen", kProbability);
   sensor.spurious_per_frame =
-      s.get("spurious_per_frame", 0.0, "Mean number of detections of nothing", IniRange{0, 100});
+      s.get("spurious_per_frame", 0.0, "Mean number of detections of nothing", {0, 100});
   sensor.known_ids =
       s.choice("ids", "known", {"known", "hidden"}, "Whether landmarks are identified") == "known";
   sensor.true_ids =
@@ -245,8 +242,8 @@ void read_fix_errors(IniSection& s, Scenario::Fixes& fixes) {
 Scenario::Fixes read_fixes(IniFile& ini) {
   IniSection s = ini.section("fixes", "A receiver of satellites; adds F_ground_truth_fixes.csv");
   Scenario::Fixes fixes;
-  fixes.period = s.get("period", 0.0, "Between fixes [s]; 0: there is no receiver",
-                       or_zero(IniRange{1e-3, 1e6}));
+  fixes.period =
+      s.get("period", 0.0, "Between fixes [s]; 0: there is no receiver", or_zero({1e-3, 1e6}));
   const auto datum = triple(s, "datum", {40, -4, 600},
                             "Latitude, longitude [deg] and altitude [m] of the origin of the "
                             "world, whose x is east");
@@ -257,9 +254,9 @@ Scenario::Fixes read_fixes(IniFile& ini) {
   fixes.antenna = triple(s, "antenna", {0, 0, 0}, "On the robot, x y z [m]");
   read_fix_errors(s, fixes);
   fixes.outages = read_spells(s, "outage", "a time without fixes", 10, 60);
-  fixes.delay = s.get("delay", 0.0, "By which stamps are late [s]", IniRange{0, 60});
+  fixes.delay = s.get("delay", 0.0, "By which stamps are late [s]", {0, 60});
   fixes.stated_quality =
-      s.get("stated_quality", 1, "Of GGA: 1 autonomous, 2 differential, 4 RTK", IniRange{0, 8});
+      s.get("stated_quality", 1, "Of GGA: 1 autonomous, 2 differential, 4 RTK", {0, 8});
   fixes.stated_sigma = s.get("stated_sigma", 0.0,
                              "Of east and north by BESTPOS, which need not be true [m]; 0: none",
                              or_zero(kSigmaMetres));
@@ -305,9 +302,8 @@ namespace {
 /// One of several robots: its noise is its own, the world is that of all.
 NamedScenario read_one(IniFile& ini, IniFile& own, const std::string& name, std::size_t number) {
   IniSection section = ini.section(robot_section(name), "A robot of several in one world");
-  const auto id =
-      section.get("id", -101 - static_cast<int>(number),
-                  "By which the sensors of other robots know it; not -1", IniRange{-2e9, 2e9});
+  const auto id = section.get("id", -101 - static_cast<int>(number),
+                              "By which the sensors of other robots know it; not -1", {-2e9, 2e9});
   if (id == -1) section.fail("id", "is the id of nothing");
   IniSection simulation = ini.section("simulation");
   const std::uint64_t seed = simulation.get("seed", std::uint64_t{1}, "Same seed, same bytes");
