@@ -131,11 +131,17 @@ void map_as_measured(const ReplayRequest& request, Attempts& attempts, Attempt& 
   }
 }
 
-/// Makes other maps of logs whose map is bad, until one is not.
+/// Whether no check of a map is bad, nor its agreement over time doubtful.
+bool is_right(const Health& health) {
+  return worst(health) < HealthVerdict::kBad && agreement_of(health) != HealthVerdict::kDoubtful;
+}
+
+/// Makes other maps of logs whose map is bad, until one is right.
 void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
+  if (worst(taken.outcome.summary.health) < HealthVerdict::kBad) return;
   for (const ReplayRequest& other : draws(request, taken.request, taken.outcome.summary)) {
     const Health before = taken.outcome.summary.health;
-    if (taken.outcome.signal != 0 || worst(before) != HealthVerdict::kBad) return;
+    if (taken.outcome.signal != 0 || is_right(before)) return;
     take(attempts.make(other, {&before, agrees_better}), taken);
   }
 }

@@ -212,9 +212,12 @@ TEST(AgreesBetter, OfBadMapsTheOneWithTheLargerShare) {
   EXPECT_FALSE(agrees_better({of_agreement(0.3)}, {of_agreement(0.6)}));
   EXPECT_FALSE(agrees_better({of_agreement(0.61)}, {of_agreement(0.6)}));  // within its sigma
   EXPECT_TRUE(agrees_better({of_agreement(1)}, {of_agreement(0.8)}));
-  // A share a little above the limit does not outweigh other checks.
-  const Health hardly{of_agreement(0.9), check("a", 9), check("b", 9)};
-  EXPECT_FALSE(agrees_better(hardly, {of_agreement(0.89), check("a", 1), check("b", 1)}));
+  // A share a little above the limit does not outweigh other checks, but tells where they do not.
+  HealthEntry doubtful = of_agreement(0.89);
+  doubtful.verdict = HealthVerdict::kDoubtful;
+  EXPECT_FALSE(agrees_better({of_agreement(0.92), check("a", 9)}, {doubtful, check("a", 1)}));
+  EXPECT_TRUE(agrees_better({of_agreement(0.92), check("a", 9)}, {doubtful, check("a", 9)}));
+  EXPECT_FALSE(agrees_better({doubtful, check("a", 9)}, {of_agreement(0.92), check("a", 9)}));
   HealthEntry unjudged = of_agreement(std::numeric_limits<double>::quiet_NaN());
   unjudged.verdict = HealthVerdict::kNotJudged;
   EXPECT_TRUE(agrees_better({of_agreement(0.3)}, {unjudged}));
