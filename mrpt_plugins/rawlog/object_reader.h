@@ -25,9 +25,8 @@ namespace HYBRID_API hybrid {
 /// take all memory, name files to open, or run code. So they see a log only in a process of its own
 /// (parser_process.h, sandbox.h) that has the file, a pipe, limits on memory and time, and no other
 /// file, program or network. The file is read once, in bounded memory, and what is sound up to the
-/// first fault is given. Points that a log keeps in files beside it are read here, see
-/// detail/clouds_beside.h. Where a request has parsed logs, a file that is read again is taken from
-/// them.
+/// first fault is given. Points that a log keeps in files beside it are read here. Where a request
+/// has parsed logs, a file that is read again is taken from them.
 ///
 /// What comes back is trusted no more than the file. Odometry and the observations that this
 /// program knows are plain numbers, read by RecordReader; whoever takes over the other process can
