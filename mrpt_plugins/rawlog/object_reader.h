@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/rawlog/log_input.h"
+#include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/log_record.h"
 #include "mrpt_plugins/rawlog/log_status.h"
@@ -17,6 +17,23 @@
 #include "mrpt_plugins/rawlog/parser_process.h"
 
 namespace HYBRID_API hybrid {
+
+/// What a rawlog is read from: a regular file, or standard input as it comes.
+class LogInput {
+ public:
+  /// Throws Error as RegularFile does; of standard input, for a terminal or a folder.
+  explicit LogInput(const std::string& path);
+
+  /// As messages name it.
+  const std::string& name() const { return name_; }
+  int descriptor() const;
+  /// Bytes; nothing where only the end of standard input will tell.
+  std::optional<std::uint64_t> size() const;
+
+ private:
+  std::string name_;
+  std::optional<RegularFile> file_;
+};
 
 /// The objects of a rawlog one after the other, each whole or not at all; plain, gzip or Zstandard.
 /// Of standard input, each is given when its last byte has come.
