@@ -7,19 +7,22 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <future>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
+#include <string>
 #include <thread>
 #include <utility>
 
 #include "apps/exit_code.h"
-#include "apps/hybrid-experiment/progress.h"
 #include "apps/hybrid-experiment/trial_runner.h"
 #include "apps/program.h"
+#include "apps/progress_line.h"
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/folders.h"
 #include "libhybrid/io/regular_file.h"
@@ -37,6 +40,42 @@
 
 namespace hybrid {
 namespace {
+
+/// Progress on standard error: how many trials have ended. One line that is rewritten on a
+/// terminal; in a pipe, a line per twentieth.
+class Progress {
+ public:
+  /// `todo` is the number of trials to run.
+  explicit Progress(std::size_t todo) : todo_(todo) {}
+
+  /// Counts a trial that ended; `what` names it.
+  void ended(const std::string& what);
+  /// Prints a separate line.
+  void message(const std::string& text) { line_.message(text); }
+
+ private:
+  void show(const std::string& what);
+
+  std::size_t todo_;
+  std::size_t done_ = 0;
+  std::size_t twentieths_ = 0;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  ProgressLine line_;
+};
+
+void Progress::ended(const std::string& what) {
+  ++done_;
+  const std::size_t twentieths = 20 * done_ / todo_;
+  if (line_.terminal() || twentieths != twentieths_) show(what);
+  twentieths_ = twentieths;
+}
+
+void Progress::show(const std::string& what) {
+  const double left =
+      seconds_since(start_) / static_cast<double>(done_) * static_cast<double>(todo_ - done_);
+  line_.show(fmt::format("{:3d} %  {} of {} trials  about {:.0f} s left  {}", 100 * done_ / todo_,
+                         done_, todo_, left, what));
+}
 
 namespace fs = std::filesystem;
 

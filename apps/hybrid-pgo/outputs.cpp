@@ -10,7 +10,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_graph.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"

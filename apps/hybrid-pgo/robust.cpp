@@ -14,7 +14,7 @@
 #include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/selection/closure_posterior.h"
 #include "libhybrid/selection/part_links.h"
 #include "mrpt_plugins/health/closures.h"

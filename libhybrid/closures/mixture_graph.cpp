@@ -7,7 +7,7 @@
 
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/hybrid/mixture.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 namespace {

@@ -8,24 +8,6 @@
 
 namespace HYBRID_API hybrid {
 
-/// -log f of a potential, which need not be normalised: +infinity (impossible) for zero. Throws
-/// Error unless it is finite and not negative.
-double to_cost(double potential);
-
-/// exp(-cost): zero for +infinity.
-double to_potential(double cost);
-
-/// A factor from its potentials f >= 0, one per joint value of its variables, the first variable
-/// varying slowest. Throws Error for one that is negative or not finite, or another number of them.
-Table potential_table(std::vector<DiscreteKey> keys, const std::vector<double>& potentials);
-
-/// p(child | parents), row-major: a row of the child's values for every joint value of the parents,
-/// the first parent varying slowest. Throws Error naming the row that does not sum to one within
-/// 1e-6, or that has an entry which is not a probability. The variables of the table are the
-/// parents, then the child.
-Table conditional_table(DiscreteKey child, const std::vector<DiscreteKey>& parents,
-                        const std::vector<double>& probabilities);
-
 /// The joint distribution proportional to exp(-cost), in the order of the costs; it sums to one.
 /// Throws Error if every joint value is impossible.
 std::vector<double> to_probabilities(const Table& table);

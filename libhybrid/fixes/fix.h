@@ -5,8 +5,11 @@
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
+#include "libhybrid/core/key.h"
 #include "libhybrid/geometry/eigen.h"
 
 namespace HYBRID_API hybrid {
@@ -31,6 +34,24 @@ struct Fix {
 
   /// Where the antenna was, in the frame of the keyframe [m].
   Eigen::Vector3d lever_arm() const { return T_keyframe_robot * antenna; }
+};
+
+/// Which receiver: its robot, and the label of its sensor.
+using ReceiverId = std::pair<std::size_t, std::string>;
+
+/// What became of a fix.
+struct FixEntry {
+  Fix fix;
+  std::size_t robot = 0;
+  Key pose;  ///< of its keyframe
+  /// Its error that lasts, and the mode of that; nothing where the fix is not in the map.
+  std::optional<Key> error;
+  DiscreteKey mode;            ///< an ErrorMode
+  std::optional<Key> falsity;  ///< whether it is false: 1
+  bool is_plain = false;       ///< in the map without modes
+  std::string unused;          ///< why it is not in the map
+
+  ReceiverId receiver() const { return {robot, fix.sensor}; }
 };
 
 }  // namespace hybrid

@@ -18,24 +18,6 @@
 
 namespace HYBRID_API hybrid {
 
-/// Which receiver: its robot, and the label of its sensor.
-using ReceiverId = std::pair<std::size_t, std::string>;
-
-/// What became of a fix.
-struct FixEntry {
-  Fix fix;
-  std::size_t robot = 0;
-  Key pose;  ///< of its keyframe
-  /// Its error that lasts, and the mode of that; nothing where the fix is not in the map.
-  std::optional<Key> error;
-  DiscreteKey mode;            ///< an ErrorMode
-  std::optional<Key> falsity;  ///< whether it is false: 1
-  bool is_plain = false;       ///< in the map without modes
-  std::string unused;          ///< why it is not in the map
-
-  ReceiverId receiver() const { return {robot, fix.sensor}; }
-};
-
 /// Makes factors of fixes. They wait until the path is long enough to tell how the map lies in the
 /// axes of the datum; that is settled then, once for all, and from then on the map, whose first
 /// pose must be free, turns and moves as the fixes tell.

@@ -10,6 +10,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/fixes/fix_model.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "libhybrid/fixes/fix_mapper.h"
+#include "libhybrid/fixes/fix.h"
+#include "libhybrid/landmarks/contribution.h"
 
 namespace HYBRID_API hybrid {
 

@@ -4,13 +4,23 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "libhybrid/geometry/points.h"
 #include "libhybrid/io/binary_number.h"
-#include "libhybrid/io/read_points.h"
 #include "libhybrid/io/text_reader.h"
 
 namespace HYBRID_API hybrid {
+
+/// The points of a file.
+struct PointFile {
+  Points points;
+  /// When each was seen [s], NaN where that is not known; empty where the file has no times.
+  std::vector<double> times;
+  std::size_t left_out = 0;  ///< points with a coordinate that is not finite
+};
 
 /// Adds the point whose x, y and z are these words of a row, or counts it in `left_out` if one is
 /// NaN or infinite, as for a ray without return. Throws Error for a word that is no number or

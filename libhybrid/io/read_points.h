@@ -2,21 +2,11 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <cstddef>
 #include <string>
-#include <vector>
 
-#include "libhybrid/geometry/points.h"
+#include "libhybrid/io/point_formats.h"
 
 namespace HYBRID_API hybrid {
-
-/// The points of a file.
-struct PointFile {
-  Points points;
-  /// When each was seen [s], NaN where that is not known; empty where the file has no times.
-  std::vector<double> times;
-  std::size_t left_out = 0;  ///< points with a coordinate that is not finite
-};
 
 /// Reads x y z of a point cloud: .ply (text or binary), .pcd (text, binary or
 /// compressed), .xyz, .txt, .asc or .csv (rows

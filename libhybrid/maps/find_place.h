@@ -17,22 +17,6 @@
 
 namespace HYBRID_API hybrid {
 
-/// Where in a map some landmarks are, of which no pose is known. The points of `here` have their
-/// frame in common.
-template <class Pose>
-struct PlaceQuestion {
-  using Point = typename Pose::Point;
-  Constellation<Pose> here;
-  std::shared_ptr<const PlaceMap<Pose>> map;
-  /// Whether a point of the map was looked at, so that a landmark there would be in it.
-  std::function<bool(const Point&)> covers;
-  /// log evidence that a landmark of `here` (row) and one of the map (column) are one by all but
-  /// where they are; -infinity where they cannot be.
-  Eigen::MatrixXd class_log_likelihood_ratio;
-  /// The same for two landmarks of the map.
-  std::function<double(int, int)> class_log_likelihood_ratio_in_map;
-};
-
 /// A place found.
 template <class Pose>
 struct FoundPlace {

@@ -19,7 +19,7 @@
 #include "libhybrid/maps/detail/joined_record.h"
 #include "libhybrid/maps/detail/joint_estimate.h"
 #include "libhybrid/maps/find_place.h"
-#include "libhybrid/maps/sparsify_graph.h"
+#include "libhybrid/maps/sparse_gaussian.h"
 
 namespace hybrid {
 namespace {

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/maps/sparsify_graph.h"
+#include "libhybrid/maps/sparse_gaussian.h"
 
 namespace hybrid {
 namespace {

@@ -22,6 +22,14 @@ struct MapLandmark : KnownLandmark {
   int session = 0;  ///< that made it
 };
 
+/// A landmark of a session that is not complete.
+struct DraftLandmark {
+  std::int64_t id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m]
+  std::optional<int> class_index;
+  int sightings = 0;
+};
+
 /// A keyframe of a stored map.
 struct MapKeyframe {
   std::size_t row = 0;    ///< step of the log

@@ -7,14 +7,31 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/maps/detail/place_seeds.h"
 
 namespace hybrid {
 namespace {
 
 constexpr double kMoreReach = 1.5;  // than was asked for, so that the next question has it, too
+
+/// Density of the landmarks where there are some, per m^2 or m^3: the median over them of that
+/// within the distance of the fifth nearest.
+template <class Point>
+double local_density(const std::vector<Point>& points) {
+  constexpr int kDim = Point::RowsAtCompileTime;
+  const std::size_t k = std::min<std::size_t>(5, points.size() - 1);
+  const double unit = kDim == 2 ? M_PI : 4 * M_PI / 3;  // of a disc or a ball
+  std::vector<double> densities;
+  for (const Point& p : points) {
+    std::vector<double> d;
+    for (const Point& q : points) d.push_back((p - q).norm());
+    std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(k), d.end());
+    densities.push_back(static_cast<double>(k) / (unit * std::pow(std::max(d[k], 1e-3), kDim)));
+  }
+  return median(std::move(densities));
+}
 
 }  // namespace
 

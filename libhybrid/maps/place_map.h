@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -57,6 +59,22 @@ class HYBRID_API PlaceMap {
   double density_ = 0;
   mutable double reach_ = 0;
   mutable std::vector<std::vector<Neighbour>> neighbours_;
+};
+
+/// Where in a map some landmarks are, of which no pose is known. The points of `here` have their
+/// frame in common.
+template <class Pose>
+struct PlaceQuestion {
+  using Point = typename Pose::Point;
+  Constellation<Pose> here;
+  std::shared_ptr<const PlaceMap<Pose>> map;
+  /// Whether a point of the map was looked at, so that a landmark there would be in it.
+  std::function<bool(const Point&)> covers;
+  /// log evidence that a landmark of `here` (row) and one of the map (column) are one by all but
+  /// where they are; -infinity where they cannot be.
+  Eigen::MatrixXd class_log_likelihood_ratio;
+  /// The same for two landmarks of the map.
+  std::function<double(int, int)> class_log_likelihood_ratio_in_map;
 };
 
 }  // namespace hybrid

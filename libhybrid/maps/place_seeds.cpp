@@ -281,29 +281,12 @@ class SeedSearch {
 
 }  // namespace
 
-template <class Point>
-double local_density(const std::vector<Point>& points) {
-  constexpr int kDim = Point::RowsAtCompileTime;
-  const std::size_t k = std::min<std::size_t>(5, points.size() - 1);
-  const double unit = kDim == 2 ? M_PI : 4 * M_PI / 3;  // of a disc or a ball
-  std::vector<double> densities;
-  for (const Point& p : points) {
-    std::vector<double> d;
-    for (const Point& q : points) d.push_back((p - q).norm());
-    std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(k), d.end());
-    densities.push_back(static_cast<double>(k) / (unit * std::pow(std::max(d[k], 1e-3), kDim)));
-  }
-  return median(std::move(densities));
-}
-
 template <class Pose>
 std::vector<PlaceSeed<Pose>> place_seeds(const PlaceQuestion<Pose>& question, double density,
                                          std::size_t most) {
   return SeedSearch<Pose>(question, density).run(most);
 }
 
-template double local_density(const std::vector<Eigen::Vector2d>&);
-template double local_density(const std::vector<Eigen::Vector3d>&);
 template std::vector<PlaceSeed<SE2>> place_seeds(const PlaceQuestion<SE2>&, double, std::size_t);
 template std::vector<PlaceSeed<SE3>> place_seeds(const PlaceQuestion<SE3>&, double, std::size_t);
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -12,6 +13,10 @@
 #include "libhybrid/solvers/problem.h"
 
 namespace HYBRID_API hybrid {
+
+/// The joint covariance of some continuous variables at the estimate, in their order: from a batch
+/// factorisation, or from the Bayes tree. Empty if the factors do not determine all of them.
+using JointCovariance = std::function<Eigen::MatrixXd(const std::vector<Key>&)>;
 
 /// Covariance blocks of many variables, by key.
 class Covariances {

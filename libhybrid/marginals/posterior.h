@@ -4,12 +4,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <unordered_map>
 #include <vector>
 
 #include "libhybrid/discrete/junction_forest.h"
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/marginals/continuous.h"
 
 namespace HYBRID_API hybrid {
 
@@ -49,10 +49,6 @@ struct AssignmentPosterior {
 
   const DiscreteProbabilities& at(Key key) const;
 };
-
-/// The joint covariance of some continuous variables at the estimate, in their order: from a batch
-/// factorisation, or from the Bayes tree. Empty if the factors do not determine all of them.
-using JointCovariance = std::function<Eigen::MatrixXd(const std::vector<Key>&)>;
 
 /// p(D | Z) of some discrete variables, given the values that an estimate has for all others that
 /// choose components: every joint value is weighted by its Laplace evidence (see log_evidence),

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_feed.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {

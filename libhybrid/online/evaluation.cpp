@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <unordered_map>
-#include <utility>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
+#include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/evidence.h"
 
 namespace hybrid {
@@ -94,24 +94,6 @@ class Extrapolation {
 };
 
 }  // namespace
-
-OnlineSelection::UnderWay::UnderWay() = default;
-OnlineSelection::UnderWay::~UnderWay() = default;
-OnlineSelection::UnderWay::UnderWay(const UnderWay&) {}
-OnlineSelection::UnderWay::UnderWay(UnderWay&&) noexcept = default;
-
-OnlineSelection::UnderWay& OnlineSelection::UnderWay::operator=(UnderWay other) noexcept {
-  evaluation_ = std::move(other.evaluation_);
-  return *this;
-}
-
-void OnlineSelection::UnderWay::drop() {
-  evaluation_.reset();
-}
-
-void OnlineSelection::UnderWay::begin(std::unique_ptr<Evaluation> evaluation) {
-  evaluation_ = std::move(evaluation);
-}
 
 RobustResult evaluate_closures(const RobustProblem& problem, const std::vector<bool>& accepted,
                                const ClosureSelectionOptions& options) {

@@ -4,18 +4,54 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/factors/linear_at.h"
-#include "libhybrid/online/detail/map_innovation.h"
 #include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/evidence.h"
+#include "libhybrid/selection/innovation.h"
+#include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
+
+/// The residual of a factor that is not in a map, and its covariance by the map.
+Innovation innovation_of(const ContinuousFactor& factor, const IncrementalSmoother& smoother) {
+  const ResidualAndJacobian at = linear_at(factor, smoother.values());
+  return {at.r, at.J * smoother.joint_covariance(factor.keys()) * at.J.transpose()};
+}
+
+/// A P B' of two factors with the Jacobians A and B, and P the covariance of the map.
+Eigen::MatrixXd cross_covariance(const ContinuousFactor& a, const ContinuousFactor& b,
+                                 const IncrementalSmoother& smoother) {
+  std::vector<Key> keys = a.keys();
+  for (Key key : b.keys()) {
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+  }
+  std::map<Key, int> column;
+  int columns = 0;
+  for (Key key : keys) {
+    column[key] = columns;
+    columns += smoother.values().type(key).dim;
+  }
+  const auto spread = [&](const ContinuousFactor& factor) {
+    const Eigen::MatrixXd A = linear_at(factor, smoother.values()).J;
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(factor.rows(), columns);
+    int at = 0;
+    for (Key key : factor.keys()) {
+      const int dim = smoother.values().type(key).dim;
+      J.middleCols(column[key], dim) = A.middleCols(at, dim);
+      at += dim;
+    }
+    return J;
+  };
+  return spread(a) * smoother.joint_covariance(keys) * spread(b).transpose();
+}
 
 /// Updates within which an admitted closure must lower the objective.
 constexpr int kSettle = 6;

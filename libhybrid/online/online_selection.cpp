@@ -54,6 +54,24 @@ OnlineSelection::OnlineSelection(const OnlineSelectionOptions& options)
       closures_(options.mixture),
       choices_({options.decisive, options.patience, options.selection}) {}
 
+OnlineSelection::UnderWay::UnderWay() = default;
+OnlineSelection::UnderWay::~UnderWay() = default;
+OnlineSelection::UnderWay::UnderWay(const UnderWay&) {}
+OnlineSelection::UnderWay::UnderWay(UnderWay&&) noexcept = default;
+
+OnlineSelection::UnderWay& OnlineSelection::UnderWay::operator=(UnderWay other) noexcept {
+  evaluation_ = std::move(other.evaluation_);
+  return *this;
+}
+
+void OnlineSelection::UnderWay::drop() {
+  evaluation_.reset();
+}
+
+void OnlineSelection::UnderWay::begin(std::unique_ptr<ClosureEvaluation> evaluation) {
+  evaluation_ = std::move(evaluation);
+}
+
 /// Runs change(report) and undoes all of it if it fails.
 template <class Change>
 SelectionReport OnlineSelection::all_or_nothing(const Change& change) {

@@ -17,6 +17,7 @@
 
 namespace HYBRID_API hybrid {
 
+struct ClosureEvaluation;
 struct EvidenceModel;
 struct Innovation;
 
@@ -115,7 +116,6 @@ class OnlineSelection {
 
  private:
   /// An evaluation of all closures. A copy of the selection begins it anew.
-  struct Evaluation;
   class UnderWay {
    public:
     UnderWay();
@@ -123,13 +123,13 @@ class OnlineSelection {
     UnderWay(const UnderWay&);
     UnderWay(UnderWay&&) noexcept;
     UnderWay& operator=(UnderWay) noexcept;
-    void begin(std::unique_ptr<Evaluation> evaluation);
+    void begin(std::unique_ptr<ClosureEvaluation> evaluation);
     void drop();
-    Evaluation* get() const { return evaluation_.get(); }
-    Evaluation* operator->() const { return get(); }
+    ClosureEvaluation* get() const { return evaluation_.get(); }
+    ClosureEvaluation* operator->() const { return get(); }
 
    private:
-    std::unique_ptr<Evaluation> evaluation_;
+    std::unique_ptr<ClosureEvaluation> evaluation_;
   };
   /// The state that a change may alter, besides the smoother and the closures.
   struct State {
@@ -138,7 +138,7 @@ class OnlineSelection {
     Choices::State choices;
     double variance_factor = 1.0, radius = 0.0;
     std::size_t measured_at = 0;
-    const Evaluation* evaluation = nullptr;
+    const ClosureEvaluation* evaluation = nullptr;
     double work = 0.0, updates = 0.0;
     bool open = false;
   };

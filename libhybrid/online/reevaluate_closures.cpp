@@ -59,8 +59,8 @@ bool OnlineSelection::evaluating() const {
 void OnlineSelection::go_on_evaluating(SelectionReport& report) {
   if (evaluation_.get() == nullptr) {
     if (closures_.size() <= kGrowth * evaluated_ + kFirstEvaluated || waiting() > 0) return;
-    evaluation_.begin(std::make_unique<Evaluation>(problem(smoother_.estimate()),
-                                                   judged_closures().accepted, options_.selection));
+    evaluation_.begin(std::make_unique<ClosureEvaluation>(
+        problem(smoother_.estimate()), judged_closures().accepted, options_.selection));
   }
   const double share = choices_.empty() ? options_.spread * work_ / updates_ : kInfinity;
   try {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "libhybrid/core/sort_unique.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 namespace {

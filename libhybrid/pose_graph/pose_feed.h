@@ -8,7 +8,6 @@
 #include <unordered_set>
 #include <vector>
 
-#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace HYBRID_API hybrid {

@@ -18,11 +18,16 @@
 #include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/sighted_point.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {
 namespace {
+
+/// The characters of a symbol of GTSAM, see vertex_index(); 0 for a plain number.
+std::uint64_t characters_of(Key key) {
+  const std::uint64_t index = key.index();
+  return index <= static_cast<std::uint64_t>(kLargestPlainId) ? 0 : index >> 40U;
+}
 
 /// Keys of all poses, of vertices and edges, in order.
 template <class Pose>
@@ -225,6 +230,35 @@ ContinuousFactorPtr anchor(Key key, const Values& values, double sigma) {
 }
 
 }  // namespace
+
+OdometryEdges::OdometryEdges(const PoseGraph& graph) {
+  std::vector<Key> poses;
+  const auto add = [&](const auto& edges) {
+    for (const auto& edge : edges) {
+      poses.push_back(edge.from);
+      poses.push_back(edge.to);
+    }
+  };
+  add(graph.poses2);
+  add(graph.poses3);
+  for (const Key key : graph.values.keys()) {
+    if (is_pose(graph.values.type(key))) poses.push_back(key);
+  }
+  sort_unique(poses);
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    if (poses[k].index() == poses[k - 1].index() + 1) continue;
+    if (characters_of(poses[k]) == characters_of(poses[k - 1])) {
+      next_.emplace(poses[k - 1], poses[k]);
+    }
+  }
+}
+
+bool OdometryEdges::operator()(Key from, Key to) const {
+  const auto [first, second] = std::minmax(from, to);
+  if (second.index() == first.index() + 1) return true;
+  const auto next = next_.find(first);
+  return next != next_.end() && next->second == second;
+}
 
 Values initialize_from_odometry(const PoseGraph& graph) {
   Values values;

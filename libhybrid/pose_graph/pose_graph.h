@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "libhybrid/core/key_letters.h"
@@ -94,6 +95,19 @@ struct PoseGraph {
 inline bool is_odometry(Key from, Key to) {
   return to.index() == from.index() + 1 || from.index() == to.index() + 1;
 }
+
+/// Tells odometry from loop closures: an edge is odometry if its poses follow each other in the
+/// order of their ids, in either direction. Ids may skip numbers, but not from one character of
+/// GTSAM's symbols (a robot) to the next.
+class OdometryEdges {
+ public:
+  explicit OdometryEdges(const PoseGraph& graph);
+
+  bool operator()(Key from, Key to) const;
+
+ private:
+  std::unordered_map<Key, Key> next_;  // of each pose behind which numbers are skipped
+};
 
 /// Values of all poses from relative motions alone: odometry edges (between successive poses, the
 /// first of each) as far as they reach, then other edges; landmarks from their first sighting. The

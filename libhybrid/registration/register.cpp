@@ -5,14 +5,53 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/geometry/se3.h"
 #include "libhybrid/registration/alignment.h"
 #include "libhybrid/registration/detail/cloud.h"
-#include "libhybrid/registration/detail/starts.h"
 
 namespace hybrid {
 namespace {
+
+constexpr double kTurn = 35.0 * M_PI / 180.0;
+
+/// The axes of a cube's faces and corners, both ways.
+std::vector<Eigen::Vector3d> directions() {
+  std::vector<Eigen::Vector3d> all;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const Eigen::Vector3d d(x, y, z);
+        if (d.squaredNorm() == 1.0 || d.squaredNorm() == 3.0) all.push_back(d.normalized());
+      }
+    }
+  }
+  return all;
+}
+
+SE3 turned(const SE3& T_target_source, const Eigen::Vector3d& rotation,
+           const Eigen::Vector3d& source_center, const Eigen::Vector3d& center) {
+  const SO3 R = SO3::exp(rotation) * T_target_source.rotation();
+  return {center - R * source_center, R};
+}
+
+/// Other starts than a given one, for clouds with little overlap: rotated about the centre of the
+/// source in fourteen directions, each with that centre unmoved and with the centres of both clouds
+/// together; and the given one with both centres together.
+std::vector<SE3> other_starts(const SE3& T_target_source, const Eigen::Vector3d& source_center,
+                              const Eigen::Vector3d& target_center) {
+  std::vector<SE3> starts;
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  starts.push_back(turned(T_target_source, zero, source_center, target_center));
+  for (const Eigen::Vector3d& d : directions()) {
+    for (const Eigen::Vector3d& center : {T_target_source * source_center, target_center}) {
+      starts.push_back(turned(T_target_source, kTurn * d, source_center, center));
+    }
+  }
+  return starts;
+}
 
 // One setting for all clouds; lengths relative to the radius of the source.
 constexpr double kFirstCell = 0.16;    // grid of the coarsest level; halves from level to level

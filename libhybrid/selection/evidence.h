@@ -5,9 +5,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "libhybrid/closures/problem.h"
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
-#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/selection_options.h"
 
 namespace HYBRID_API hybrid {
 

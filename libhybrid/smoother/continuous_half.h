@@ -2,20 +2,91 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
-#include "libhybrid/smoother/elimination_order.h"
 #include "libhybrid/smoother/journaled_values.h"
 #include "libhybrid/smoother/linear_models.h"
 #include "libhybrid/smoother/places.h"
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/term_costs.h"
-#include "libhybrid/smoother/term_list.h"
+#include "libhybrid/smoother/terms.h"
 
 namespace HYBRID_API hybrid {
+
+/// Which variables are eliminated last, near the root of the tree: those of the newest factors and
+/// the newest poses, and behind them those that are to be kept last.
+class EliminationOrder {
+ public:
+  void enter_pose(Key key) { recent_.push_back(key); }
+  void keep_last(const std::vector<Key>& keys) { kept_ = keys; }
+
+  /// Begins anew with the slots of the variables of new factors, or goes on with them where earlier
+  /// ones are still to be eliminated; the newest poses follow.
+  void start(const std::vector<int>& slots, bool goes_on, const JournaledValues& values) {
+    if (!goes_on) last_.clear();
+    last_.insert(last_.end(), slots.begin(), slots.end());
+    for (Key key : recent_) {
+      if (values->contains(key) && !values.is_removed(key)) last_.push_back(values->slot(key));
+    }
+  }
+  /// Keeps the newest of the poses, so many.
+  void forget(int poses) noexcept {
+    const auto count = static_cast<std::size_t>(std::max(poses, 0));
+    if (recent_.size() > count) recent_.erase(recent_.begin(), recent_.end() - count);
+  }
+
+  /// Slots of the last, as of the last start.
+  const std::vector<int>& last() const { return last_; }
+  /// Slots of those behind them.
+  std::vector<int> behind(const Values& values) const {
+    std::vector<int> slots;
+    for (Key key : kept_) {
+      if (values.contains(key)) slots.push_back(values.slot(key));
+    }
+    return slots;
+  }
+
+ private:
+  std::vector<Key> recent_, kept_;
+  std::vector<int> last_;
+};
+
+/// Numbers of terms, each once, in the order in which they came. Beginning anew costs nothing.
+class TermList {
+ public:
+  const std::vector<int>& get() const { return list_; }
+  std::size_t size() const { return list_.size(); }
+
+  /// Begins anew with the terms of some variables.
+  void start(const std::vector<int>& slots, const Terms& terms) {
+    list_.clear();
+    ++now_;
+    added_.resize(std::max(added_.size(), static_cast<std::size_t>(terms.count())));
+    for (int slot : slots) {
+      for (int t : terms.of_variable(slot)) add(t);
+    }
+  }
+  bool contains(int t) const { return added_[t] == now_; }
+  /// Adds another of the terms.
+  void add(int t) {
+    if (contains(t)) return;
+    added_[t] = now_;
+    list_.push_back(t);
+  }
+  void sort_from(std::size_t first) {
+    std::sort(list_.begin() + static_cast<std::ptrdiff_t>(first), list_.end());
+  }
+
+ private:
+  std::vector<int> list_;
+  std::vector<unsigned> added_;  // by term: when it was last added
+  unsigned now_ = 0;
+};
 
 /// What a half-step may leave undone, in units of the objective, and what it may put off.
 struct Leeway {

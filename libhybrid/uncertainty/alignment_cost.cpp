@@ -8,7 +8,6 @@
 
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/so2.h"
-#include "libhybrid/uncertainty/sensor_alignment.h"
 
 namespace hybrid {
 namespace {

@@ -2,6 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libhybrid/association/prediction.h"
@@ -24,6 +26,18 @@ struct TimedSightings {
   double time = 0;  ///< [s], by the clock of the sensor
   SE3 T_robot_sensor;
   std::vector<MeasuredPoint> seen;
+};
+
+/// What a sensor saw at one time, and how the robot came there by odometry.
+struct MovedSightings {
+  TimedSightings sightings;
+  /// Of what was seen, as long, or empty: sightings of two ids are of two things.
+  std::vector<std::optional<std::int64_t>> ids = {};
+  SE3 T_odometry_robot;  ///< from any origin, which is that of all frames of one chain
+  /// Of the motion since the frame before, in the tangent (translation, rotation) of a right
+  /// perturbation; zero in what a plane has not.
+  SE3::Jacobian motion_covariance = SE3::Jacobian::Zero();
+  int chain = 0;  ///< rises where the odometry between two frames is missing
 };
 
 /// How far a sensor is behind the odometry: what it saw at a time t of its clock is seen from where

@@ -3,27 +3,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "libhybrid/uncertainty/sensor_delay.h"
 
 namespace HYBRID_API hybrid {
-
-/// What a sensor saw at one time, and how the robot came there by odometry.
-struct MovedSightings {
-  TimedSightings sightings;
-  /// Of what was seen, as long, or empty: sightings of two ids are of two things.
-  std::vector<std::optional<std::int64_t>> ids = {};
-  SE3 T_odometry_robot;  ///< from any origin, which is that of all frames of one chain
-  /// Of the motion since the frame before, in the tangent (translation, rotation) of a right
-  /// perturbation; zero in what a plane has not.
-  SE3::Jacobian motion_covariance = SE3::Jacobian::Zero();
-  int chain = 0;  ///< rises where the odometry between two frames is missing
-};
 
 /// A measured number and its standard deviation by the jackknife over ten parts of the log.
 struct Measured {

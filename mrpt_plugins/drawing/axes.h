@@ -3,13 +3,23 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mrpt_plugins/drawing/canvas.h"
-#include "mrpt_plugins/drawing/plot.h"
 
 namespace HYBRID_API hybrid {
+
+enum class Scale { kLinear, kLog };
+
+/// One axis of a plot. Without a range it fits the data.
+struct Axis {
+  std::string label;
+  Scale scale = Scale::kLinear;
+  std::optional<std::pair<double, double>> range = std::nullopt;
+};
 
 /// Round numbers (1, 2 or 5 times a power of ten) inside [low, high], about `count` of them.
 std::vector<double> nice_ticks(double low, double high, int count);

@@ -211,6 +211,21 @@ Image Canvas::image() const {
   return image;
 }
 
+std::string png(const Image& image) {
+  std::string out;
+  cairo::check(
+      cairo_surface_write_to_png_stream(cairo::surface_of(image).get(), cairo::append, &out));
+  return out;
+}
+
+std::string encoded(const Image& image, PictureFormat format) {
+  if (format == PictureFormat::kPng) return png(image);
+  if (image.drawing) return image.drawing->file(format);
+  Canvas sheet(image.width / Canvas::kScale, image.height / Canvas::kScale);
+  sheet.paste(image, Pixel::Zero());
+  return encoded(sheet.image(), format);
+}
+
 std::vector<Pixel> marker_outline(Marker shape, double radius) {
   int corners = 0;
   double first = -M_PI / 2;  // a corner at the top

@@ -6,6 +6,7 @@
 #include <cairo-pdf.h>
 #include <cairo-svg.h>
 
+#include <cstdint>
 #include <map>
 #include <regex>
 
@@ -31,6 +32,23 @@ std::string renumbered(const std::string& svg) {
 }
 
 }  // namespace
+
+cairo::Surface cairo::surface_of(const Image& image) {
+  expect_pixels(image);
+  Surface out(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  check(cairo_surface_status(out.get()));
+  unsigned char* data = cairo_image_surface_get_data(out.get());
+  const int stride = cairo_image_surface_get_stride(out.get());
+  const std::uint8_t* from = image.rgb.data();
+  for (int y = 0; y < image.height; ++y) {
+    auto* row = reinterpret_cast<std::uint32_t*>(data + std::ptrdiff_t{stride} * y);
+    for (int x = 0; x < image.width; ++x, from += 3) {
+      row[x] = std::uint32_t{from[0]} << 16U | std::uint32_t{from[1]} << 8U | from[2];
+    }
+  }
+  cairo_surface_mark_dirty(out.get());
+  return out;
+}
 
 Drawing::Drawing(int width, int height) : width_(width), height_(height) {
   const cairo_rectangle_t extent{0, 0, static_cast<double>(width), static_cast<double>(height)};

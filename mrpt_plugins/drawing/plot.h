@@ -3,24 +3,14 @@
 
 #pragma once
 
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/drawing/style.h"
 
 namespace HYBRID_API hybrid {
-
-enum class Scale { kLinear, kLog };
-
-/// One axis of a plot. Without a range it fits the data.
-struct Axis {
-  std::string label;
-  Scale scale = Scale::kLinear;
-  std::optional<std::pair<double, double>> range = std::nullopt;
-};
 
 /// One set of points: a line, markers, or both. Values that are not finite (or not positive on a
 /// logarithmic axis) interrupt the line.

@@ -17,7 +17,7 @@
 #include "libhybrid/io/text_reader.h"
 #include "libhybrid/methods/solve_online.h"
 #include "libhybrid/pose_graph/false_closures.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/selection/closure_posterior.h"
 #include "libhybrid/solvers/starts.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"

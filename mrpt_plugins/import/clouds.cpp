@@ -11,19 +11,28 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "libhybrid/clouds/cloud_sweep.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/geometry/points.h"
 #include "libhybrid/geometry/thin_points.h"
+#include "libhybrid/io/point_formats.h"
+#include "libhybrid/io/read_points.h"
+#include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/import/detail/camera.h"
 #include "mrpt_plugins/import/detail/cloud_files.h"
 #include "mrpt_plugins/import/detail/pose_rows.h"
 #include "mrpt_plugins/import/detail/table_odometry.h"
 #include "mrpt_plugins/input/odometry_reset.h"
+#include "mrpt_plugins/rawlog/image_decoder.h"
 
 namespace hybrid {
 namespace {
@@ -32,7 +41,82 @@ using mrpt::poses::CPose3D;
 
 constexpr std::size_t kMostNoted = 3;  // clouds that cannot be read, each with its file
 
+constexpr std::uint64_t kLargestCloud = std::uint64_t{1} << 30;  // bytes
+
 using Indices = std::vector<std::size_t>;
+
+/// The points of a file.
+struct CloudPoints {
+  Points points;               // x ahead, y to the left, z up, of the sensor [m]
+  std::vector<double> times;   // of each, as the file has them [s], or none
+  std::size_t not_finite = 0;  // points left out
+  std::size_t too_far = 0;     // beyond the maximum range
+};
+
+/// Reads clouds one by one.
+class CloudFiles {
+ public:
+  /// Throws Error where something of the options does not fit.
+  CloudFiles(const CloudsOptions& options, bool are_images);
+
+  /// Throws Error that names the file where it cannot be read.
+  CloudPoints read(const std::string& path);
+
+ private:
+  CloudPoints read_depths(const std::string& path);
+
+  const CloudsOptions& options_;
+  bool are_images_;
+  DepthDecoder decoder_;
+};
+
+CloudFiles::CloudFiles(const CloudsOptions& options, bool are_images)
+    : options_(options), are_images_(are_images) {
+  if (are_images && !(options.focal > 0)) {
+    throw Error(
+        fmt::format("{}: depth images need --focal, the focal length in pixels", options.folder));
+  }
+}
+
+CloudPoints CloudFiles::read(const std::string& path) {
+  if (are_images_) return read_depths(path);
+  PointFile file = extension_of(path) == ".bin" ? read_kitti(path) : read_cloud(path);
+  CloudPoints cloud{std::move(file.points), std::move(file.times), file.left_out, 0};
+  if (!(options_.max_range > 0)) return cloud;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.points[i].norm() > options_.max_range) continue;
+    cloud.points[kept] = cloud.points[i];
+    if (!cloud.times.empty()) cloud.times[kept] = cloud.times[i];
+    ++kept;
+  }
+  cloud.too_far = cloud.points.size() - kept;
+  cloud.points.resize(kept);
+  cloud.times.resize(std::min(kept, cloud.times.size()));
+  return cloud;
+}
+
+CloudPoints CloudFiles::read_depths(const std::string& path) {
+  const std::optional<DepthImage> image = decoder_.decode(read_file(path, kLargestCloud));
+  if (!image) throw Error(path + ": not a depth image, a PNG of one channel of 16 bits");
+  const double u0 = options_.center_u < 0 ? image->width / 2.0 : options_.center_u;
+  const double v0 = options_.center_v < 0 ? image->height / 2.0 : options_.center_v;
+  CloudPoints cloud;
+  auto depth = image->depths.begin();
+  for (int v = 0; v < image->height; ++v) {
+    for (int u = 0; u < image->width; ++u) {
+      const double z = *depth++ * options_.depth_unit;
+      if (z == 0) continue;
+      if (options_.max_range > 0 && z > options_.max_range) {
+        ++cloud.too_far;
+        continue;
+      }
+      cloud.points.push_back(
+          robot_point({(u - u0) / options_.focal * z, (v - v0) / options_.focal * z, z}));
+    }
+  }
+  return cloud;
+}
 
 mrpt::obs::CObservation::Ptr points_alone(const Points& points, const Indices& kept) {
   auto map = mrpt::maps::CSimplePointsMap::Create();

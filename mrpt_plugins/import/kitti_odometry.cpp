@@ -71,12 +71,14 @@ Matrix6d read_covariance(const TextRow& row, double inflate) {
 
 }  // namespace
 
-KittiOdometry::KittiOdometry(const KittiOptions& options)
-    : options_(options),
-      is_3d_(std::filesystem::path(options.odometry).extension() != ".g2o"),
-      table_(options.odometry) {
-  if (!is_3d_) y_is_right_ = has_y_to_the_right(options.odometry);
-  if (is_3d_ && !options.covariances.empty()) covariances_.emplace(options.covariances);
+KittiOdometry::KittiOdometry(const std::string& odometry, const std::string& covariances,
+                             double inflate)
+    : is_3d_(std::filesystem::path(odometry).extension() != ".g2o"),
+      table_(odometry),
+      covariances_file_(covariances),
+      inflate_(inflate) {
+  if (!is_3d_) y_is_right_ = has_y_to_the_right(odometry);
+  if (is_3d_ && !covariances.empty()) covariances_.emplace(covariances);
 }
 
 std::optional<OdometryIncrement> KittiOdometry::next(DropReport& dropped) {
@@ -114,8 +116,8 @@ std::optional<OdometryIncrement> KittiOdometry::next_in_space() {
   covariance.bottomRightCorner<3, 3>().diagonal().setConstant(kSigmaRotation * kSigmaRotation);
   if (covariances_) {
     const auto line = covariances_->next();
-    if (!line) throw Error(fmt::format("{}: ends before the poses do", options_.covariances));
-    covariance = read_covariance(*line, options_.inflate);
+    if (!line) throw Error(fmt::format("{}: ends before the poses do", covariances_file_));
+    covariance = read_covariance(*line, inflate_);
   }
   const OdometryIncrement motion{*pose - *last_, covariance, false};
   last_ = pose;

@@ -4,10 +4,14 @@
 #include "mrpt_plugins/import/mrclam.h"
 
 #include <fmt/format.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/poses/CPose3D.h>
 
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,10 +19,54 @@
 #include "libhybrid/io/text_reader.h"
 #include "libhybrid/uncertainty/sensor_delay.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
-#include "mrpt_plugins/import/detail/planar_truth.h"
 
 namespace hybrid {
 namespace {
+
+/// Streams true poses in the plane, rows `time x y angle`, and interpolates them.
+class PlanarTruth {
+ public:
+  explicit PlanarTruth(const std::string& path) : table_(path) {}
+
+  /// The pose at `time`, which must not be before that of the last call; empty outside the times of
+  /// the file.
+  std::optional<mrpt::poses::CPose3D> at(double time);
+
+ private:
+  struct Row {
+    double time, x, y, angle;
+  };
+
+  void advance();
+
+  TextReader table_;
+  std::optional<Row> before_, after_;
+};
+
+void PlanarTruth::advance() {
+  before_ = after_;
+  const auto row = table_.next();
+  after_.reset();
+  if (!row) return;
+  row->expect(4, "time x y angle");
+  after_ = Row{row->time(0), row->coordinate(1), row->coordinate(2), row->coordinate(3)};
+  if (before_ && after_->time < before_->time) row->fail("time goes backwards");
+}
+
+std::optional<mrpt::poses::CPose3D> PlanarTruth::at(double time) {
+  if (!before_) advance();
+  while (!before_ || (after_ && after_->time < time)) {
+    advance();
+    if (!before_ && !after_) return std::nullopt;
+  }
+  if (!after_ || before_->time > time) return std::nullopt;
+  const double length = after_->time - before_->time;
+  const double f = length > 0 ? (time - before_->time) / length : 0.0;
+  const double turn = mrpt::math::wrapToPi(after_->angle - before_->angle);
+  return mrpt::poses::CPose3D(before_->x + f * (after_->x - before_->x),
+                              before_->y + f * (after_->y - before_->y), 0,
+                              before_->angle + f * turn, 0, 0);
+}
 
 constexpr std::int64_t kRobots = 5;      // subjects 1 to 5; landmarks have higher numbers
 constexpr std::int64_t kRobotId = -100;  // less the number of a robot is its id in the log

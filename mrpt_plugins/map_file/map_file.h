@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -27,14 +26,6 @@ MapRecord read_map(const std::filesystem::path& file);
 /// Whether a map has a checksum of its content, which `read_map` compares; those of formats before
 /// 3 do not. Throws Error as `read_map`.
 bool has_checksum(const std::filesystem::path& file);
-
-/// A landmark of a session that is not complete.
-struct DraftLandmark {
-  std::int64_t id = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m]
-  std::optional<int> class_index;
-  int sightings = 0;
-};
 
 /// Changes a map file; one process does at a time. Every method is one transaction: where it throws
 /// (Error that names the file, as on a full disk) or the process dies, the file is as it was before

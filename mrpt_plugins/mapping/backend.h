@@ -4,10 +4,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
@@ -24,7 +26,16 @@ struct BackendReport : UpdateReport {
 };
 
 /// Adds the work of a later update, and takes over its estimate's objective and cost.
-void add_work(BackendReport& into, const BackendReport& from);
+inline void add_work(BackendReport& into, const BackendReport& from) {
+  into.add(from);
+  if (from.cost != 0 || into.cost == 0) into.cost = from.cost;
+  for (Flip flip : from.flipped) {
+    flip.half_step += into.objectives.size();
+    into.flipped.push_back(flip);
+  }
+  into.objectives.insert(into.objectives.end(), from.objectives.begin(), from.objectives.end());
+  into.warnings.insert(into.warnings.end(), from.warnings.begin(), from.warnings.end());
+}
 
 /// Uncertainty of an estimate: Laplace covariances (eq. 12), and p(d | Z) of discrete variables
 /// with the continuous ones integrated out (see posterior_marginals).
@@ -35,7 +46,14 @@ struct Uncertainty {
 };
 
 /// Adds the marginal probabilities of discrete variables.
-void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out);
+inline void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out) {
+  for (auto& [key, variable] : posterior.variables) {
+    for (double error : variable.standard_error) {
+      out.standard_error = std::max(out.standard_error, error);
+    }
+    out.probabilities[key] = std::move(variable.p);
+  }
+}
 
 /// Interface of the mapper to inference: one atomic Delta per update.
 class Backend {

@@ -18,7 +18,6 @@
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/rawlog/detail/convert_object.h"
-#include "mrpt_plugins/rawlog/observation_record.h"
 
 namespace hybrid {
 namespace {

@@ -4,7 +4,6 @@
 #include "mrpt_plugins/rawlog/detail/fix_record.h"
 
 #include "mrpt_plugins/bridge/enu_covariance.h"
-#include "mrpt_plugins/rawlog/observation_record.h"
 
 namespace hybrid {
 namespace {

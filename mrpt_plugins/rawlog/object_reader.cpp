@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <mrpt/maps/CSimplePointsMap.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,7 +15,12 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/rawlog/detail/clouds_beside.h"
+#include "libhybrid/io/point_formats.h"
+#include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/log_files.h"
+#include "mrpt_plugins/bridge/standard_input.h"
+#include "mrpt_plugins/observations/logged_cloud.h"
+#include "mrpt_plugins/rawlog/detail/depth_files.h"
 
 namespace hybrid {
 namespace {
@@ -37,7 +43,102 @@ std::string key_of(const LogInput& input, const LogRequest& request) {
                      fmt::join(request.classes, " "));
 }
 
+constexpr std::uintmax_t kMostBytesBeside = std::uintmax_t{1} << 30;
+
+/// The first map of points in a file.
+PointFile read_map_of_mrpt(const std::string& path) {
+  LogRequest request;
+  request.points = true;
+  ObjectReader reader(path, request);
+  while (const auto object = reader.next()) {
+    const auto* map = std::get_if<LoggedPoints>(&*object);
+    if (map == nullptr) continue;
+    PointFile file;
+    for (const auto& p : map->points) add_point(file, {p.x, p.y, p.z}, path);
+    return file;
+  }
+  throw Error(reader.message());
+}
+
+PointFile read_cloud_file(const std::string& path, const LoggedCloud& cloud) {
+  switch (cloud.form) {
+    case CloudForm::kKitti:
+      return read_kitti(path);
+    case CloudForm::kText:
+      return read_rows(path);
+    case CloudForm::kMrpt:
+      return read_map_of_mrpt(path);
+    case CloudForm::kCoordinates:
+      return read_coordinates(path);
+    case CloudForm::kRanges:
+      return unprojected(read_ranges(path), cloud.camera);
+    default:
+      throw Error(path + ": of an unknown form");
+  }
+}
+
+void read_beside(LoggedCloud& cloud, const std::string& rawlog) try {
+  const auto path = named_file(cloud.file, rawlog, kMostBytesBeside);
+  if (!path) {
+    cloud.fault = "cloud dropped: its file is not in the folder of images beside the log";
+    return;
+  }
+  const auto map = mrpt::maps::CSimplePointsMap::Create();
+  for (const Eigen::Vector3d& point : read_cloud_file(path->string(), cloud).points) {
+    const Eigen::Vector3f p = point.cast<float>();
+    map->insertPointFast(p.x(), p.y(), p.z());
+  }
+  cloud.pointcloud = map;
+} catch (const Interrupted&) {
+  throw;
+} catch (const Error&) {
+  cloud.fault = "cloud dropped: its file beside the log cannot be read";
+}
+
+void read_beside(const LoggedObservation& observation, const std::string& rawlog) {
+  auto* cloud = dynamic_cast<LoggedCloud*>(observation.content.get());
+  if (cloud != nullptr && !cloud->file.empty()) read_beside(*cloud, rawlog);
+}
+
+/// Reads the points of clouds that are in files beside the log F.rawlog: those of its folder
+/// F_Images, or else Images, of at most 1 GiB (bridge/log_files.h, named_file()). KITTI's form,
+/// text, and what MRPT writes of depth cameras, of at most ten million points, are read here; maps
+/// that MRPT serialised in the process that parses logs. Where a file is not there or damaged, the
+/// cloud has none, and its fault is the reason.
+void read_clouds_beside(LogObject& object, const std::string& rawlog) {
+  if (const auto* observation = std::get_if<LoggedObservation>(&object)) {
+    read_beside(*observation, rawlog);
+  } else if (const auto* frame = std::get_if<LoggedFrame>(&object)) {
+    for (const LoggedObservation& seen : frame->observations) read_beside(seen, rawlog);
+  }
+}
+
 }  // namespace
+
+LogInput::LogInput(const std::string& path) : name_(shown_path(path)) {
+  struct stat status {};
+  if (!is_standard_input(path)) {
+    if (::stat(path.c_str(), &status) == 0 && S_ISFIFO(status.st_mode)) {
+      throw Error(path + ": is a pipe; it is read as standard input: --rawlog - <" + path);
+    }
+    file_.emplace(path);
+    return;
+  }
+  if (::isatty(STDIN_FILENO) == 1) {
+    throw Error(name_ + ": is a terminal; pipe a log into it, or name a file");
+  }
+  if (::fstat(STDIN_FILENO, &status) == 0 && S_ISDIR(status.st_mode)) {
+    throw Error(name_ + ": is a folder, not a file");
+  }
+}
+
+int LogInput::descriptor() const {
+  return file_ ? file_->descriptor() : STDIN_FILENO;
+}
+
+std::optional<std::uint64_t> LogInput::size() const {
+  return file_ ? std::make_optional(file_->size()) : std::nullopt;
+}
 
 ObjectReader::ObjectReader(const std::string& path, const LogRequest& request,
                            const std::vector<std::string>& libraries)

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/rawlog/log_input.h"
+#include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/log_record.h"
 #include "mrpt_plugins/rawlog/log_status.h"
@@ -18,6 +18,23 @@
 
 namespace HYBRID_API hybrid {
 
+/// What a rawlog is read from: a regular file, or standard input as it comes.
+class LogInput {
+ public:
+  /// Throws Error as RegularFile does; of standard input, for a terminal or a folder.
+  explicit LogInput(const std::string& path);
+
+  /// As messages name it.
+  const std::string& name() const { return name_; }
+  int descriptor() const;
+  /// Bytes; nothing where only the end of standard input will tell.
+  std::optional<std::uint64_t> size() const;
+
+ private:
+  std::string name_;
+  std::optional<RegularFile> file_;
+};
+
 /// The objects of a rawlog one after the other, each whole or not at all; plain, gzip or Zstandard.
 /// Of standard input, each is given when its last byte has come.
 ///
@@ -25,9 +42,8 @@ namespace HYBRID_API hybrid {
 /// take all memory, name files to open, or run code. So they see a log only in a process of its own
 /// (parser_process.h, sandbox.h) that has the file, a pipe, limits on memory and time, and no other
 /// file, program or network. The file is read once, in bounded memory, and what is sound up to the
-/// first fault is given. Points that a log keeps in files beside it are read here, see
-/// detail/clouds_beside.h. Where a request has parsed logs, a file that is read again is taken from
-/// them.
+/// first fault is given. Points that a log keeps in files beside it are read here. Where a request
+/// has parsed logs, a file that is read again is taken from them.
 ///
 /// What comes back is trusted no more than the file. Odometry and the observations that this
 /// program knows are plain numbers, read by RecordReader; whoever takes over the other process can

@@ -26,30 +26,4 @@ void write_observation(ByteWriter& out, const LoggedObservation& observation,
 /// objects of classes that are asked for.
 LoggedObservation read_observation(ByteReader& in, const AskedClasses& asked);
 
-void write_points(ByteWriter& out, const std::vector<mrpt::math::TPoint3Df>& points);
-std::vector<mrpt::math::TPoint3Df> read_points(ByteReader& in);
-
-void write_time(ByteWriter& out, mrpt::system::TTimeStamp time);
-mrpt::system::TTimeStamp read_time(ByteReader& in);
-
-/// A pose in space by its rotation matrix, as logs hold it: no bit of it changes.
-void write_pose(ByteWriter& out, const mrpt::poses::CPose3D& pose);
-mrpt::poses::CPose3D read_pose_3d(ByteReader& in);
-void write_pose(ByteWriter& out, const mrpt::poses::CPose2D& pose);
-mrpt::poses::CPose2D read_pose_2d(ByteReader& in);
-
-/// The entries of a matrix, row by row.
-template <class Matrix>
-void write_matrix(ByteWriter& out, const Matrix& matrix) {
-  for (int i = 0; i < matrix.rows(); ++i) {
-    for (int j = 0; j < matrix.cols(); ++j) out.put<double>(matrix(i, j));
-  }
-}
-template <class Matrix>
-void read_matrix(ByteReader& in, Matrix& matrix) {
-  for (int i = 0; i < matrix.rows(); ++i) {
-    for (int j = 0; j < matrix.cols(); ++j) matrix(i, j) = in.get<double>();
-  }
-}
-
 }  // namespace hybrid

@@ -32,6 +32,9 @@ TOP = {*ROOMS, ".ci", ".clang-format", ".clang-tidy", ".devcontainer", ".dockeri
 
 # Their rooms stand on floors, since none include each other in a circle: see floors().
 LIBRARIES = ("libhybrid", "mrpt_plugins")
+# Where files, too, must not include each other in a circle; and rooms that still do.
+LAYERED = (*LIBRARIES, "apps")
+IN_CIRCLES = ("mrpt_plugins/job/", "mrpt_plugins/simulation/")
 # Folders whose headers are not part of the API.
 INTERNAL = {"detail", "kernels"}
 # Files directly in one room.
@@ -111,16 +114,54 @@ def floors(rooms):
     return [{room for room in level if level[room] == i} for i in range(1 + max(level.values(), default=-1))], set(left)
 
 
+def circle_of(parts):
+    """Those parts that include each other in a circle, of {part: {part that it includes: 'file:line'}}."""
+    circle = floors(parts)[1]
+    while above := {part for part in circle if not any(part in parts[other] for other in circle)}:
+        circle -= above
+    return circle
+
+
+def leads_to(parts, start, end):
+    """Whether a part includes another, directly or through others."""
+    seen, left = set(), [start]
+    while left:
+        part = left.pop()
+        if part == end:
+            return True
+        if part not in seen:
+            seen.add(part)
+            left += parts.get(part, ())
+    return False
+
+
 def check_circles(includes):
     """A finding for a circle of rooms in each library, at the includes that close it."""
     for top in LIBRARIES:
         rooms = below({path: targets for path, targets in includes.items() if path.split("/")[0] == top})
-        circle = floors(rooms)[1]
-        while above := {room for room in circle if not any(room in rooms[other] for other in circle)}:
-            circle -= above
+        circle = circle_of(rooms)
         for room in sorted(circle):
             for there in sorted(circle & set(rooms[room])):
                 yield f"{rooms[room][there]}: {top}/{room} and {top}/{there} are in a circle of rooms that include each other"
+
+
+def unit_of(path):
+    """A header and its source are one: 'libhybrid/core/detail/key.h' and 'libhybrid/core/key.cpp' -> 'libhybrid/core/key'."""
+    return pathlib.PurePath(path).with_suffix("").as_posix().replace("/detail/", "/")
+
+
+def check_file_circles(includes):
+    """A finding for a circle of files, at the includes that close it."""
+    units = {}
+    for path, targets in sorted(includes.items()):
+        own = units.setdefault(unit_of(path), {})
+        for line, target in targets:
+            if target in includes and unit_of(target) != unit_of(path) and not path.startswith(IN_CIRCLES):
+                own.setdefault(unit_of(target), f"{path}:{line}: {path} and {target}")
+    circle = circle_of(units)
+    for unit in sorted(circle):
+        for there in sorted(there for there in circle & set(units[unit]) if leads_to(units, there, unit)):
+            yield f"{units[unit][there]} are in a circle of files that include each other"
 
 
 def check_code(path, lines):
@@ -282,9 +323,9 @@ def check_tree(root):
             continue
         paths.append(path)
         findings += [f"{path}:{line}: {message}" for line, message in check_file(path, text)]
-        if file.suffix in CODE and path.split("/")[0] in LIBRARIES:
+        if file.suffix in CODE and path.split("/")[0] in LAYERED:
             includes[path] = [(i, m.group(2)) for i, m in enumerate(map(INCLUDE.match, text.splitlines()), 1) if m]
-            if file.suffix == ".h":
+            if file.suffix == ".h" and path.split("/")[0] in LIBRARIES:
                 headers[path] = [target for _, target in includes[path]]
         own = own_header(path, lambda place: (root / place).exists()) if file.suffix == ".cpp" else None
         message = check_own_header(own, text) if own else None
@@ -292,6 +333,7 @@ def check_tree(root):
     findings += check_rooms(paths)
     findings += check_top(root)
     findings += check_circles(includes)
+    findings += check_file_circles(includes)
     findings += check_eigen(headers)
     findings += check_examples(root)
     return findings, len(paths)

@@ -90,6 +90,23 @@ class CheckTest(unittest.TestCase):
                          ["libhybrid/core/a.cpp:3", "libhybrid/factors/a.cpp:3", "libhybrid/io/a.cpp:3"])
         self.assertTrue(all("circle" in line for line in found), found)
 
+    def test_files_that_include_each_other_in_a_circle(self):
+        def circles(room, **includes):
+            found = findings({f"{room}/{name.replace('__', '/').replace('_', '.')}":
+                              code(*(f'#include "{room}/{there}"' for there in targets)) for name, targets in includes.items()})
+            return [line for line in found if "circle of files" in line]
+
+        for room in ("libhybrid/core", "mrpt_plugins/output", "apps/hybrid-x"):
+            # A header, its source and what detail/ has of it are one.
+            self.assertEqual(circles(room, a_h=[], detail__a_h=["a.h"], a_cpp=["a.h", "detail/a.h", "b.h"], b_h=["c.h"], c_h=[],
+                                     b_cpp=["b.h", "c.h"]), [])
+            # Files beside a circle, above and below, are not named.
+            found = circles(room, a_h=["below.h"], a_cpp=["a.h", "detail/b.h"], detail__b_h=["c.h"], c_h=["a.h"], below_h=[],
+                            above_cpp=["a.h"])
+            self.assertEqual([line.split(": ")[0] for line in found],
+                             [f"{room}/a.cpp:4", f"{room}/detail/b.h:3", f"{room}/c.h:3"])
+            self.assertIn(f": {room}/a.cpp and {room}/detail/b.h are in a circle of files", found[0])
+
     def test_a_room_stands_on_those_that_it_includes(self):
         rooms = {"core": {}, "factors": {"core": ""}, "io": {"core": ""}, "maps": {"io": "", "factors": ""}}
         self.assertEqual(check.floors(rooms), ([{"core"}, {"factors", "io"}, {"maps"}], set()))

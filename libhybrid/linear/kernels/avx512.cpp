@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #ifdef __x86_64__
 #include "libhybrid/linear/kernels/dense.h"
-#include "libhybrid/linear/kernels/sets.h"
+#include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/kernels/dense.h"
-#include "libhybrid/linear/kernels/sets.h"
+#include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
 

@@ -2,8 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/kernels/kernels.h"
 
-#include "libhybrid/linear/kernels/sets.h"
-
 namespace hybrid {
 namespace {
 

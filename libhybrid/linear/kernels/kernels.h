@@ -69,6 +69,12 @@ struct Kernels {
                    const double* inverse_diagonal, double* x);
 };
 
+/// Each is in a file of its own, compiled for its instructions: it may be used only if the
+/// processor has them.
+extern const Kernels kBaselineKernels;
+extern const Kernels kAvx2Kernels;
+extern const Kernels kAvx512Kernels;
+
 /// The kernels for the widest registers of this processor.
 const Kernels& kernels();
 

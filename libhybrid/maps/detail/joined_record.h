@@ -4,7 +4,7 @@
 #pragma once
 
 #include "libhybrid/maps/detail/joint_estimate.h"
-#include "libhybrid/maps/join_maps.h"
+#include "libhybrid/maps/joined_maps.h"
 
 namespace hybrid {
 

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "libhybrid/maps/find_place.h"
+#include "libhybrid/maps/place_map.h"
 
 namespace hybrid {
 
@@ -16,11 +16,6 @@ struct PlaceSeed {
   int anchor = 0;  ///< landmark of the map that the guess is from
   double score = 0;
 };
-
-/// Density of the landmarks where there are some, per m^2 or m^3: the median over them of that
-/// within the distance of the fifth nearest.
-template <class Point>
-double local_density(const std::vector<Point>& points);
 
 /// The most promising guesses, best first, none near a better one.
 template <class Pose>

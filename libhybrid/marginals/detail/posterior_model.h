@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/discrete/junction_forest.h"
+#include "libhybrid/marginals/continuous.h"
 #include "libhybrid/marginals/detail/discrete_index.h"
 #include "libhybrid/marginals/detail/exchange.h"
-#include "libhybrid/marginals/posterior.h"
 #include "libhybrid/solvers/problem.h"
 
 namespace hybrid {

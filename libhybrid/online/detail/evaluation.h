@@ -2,12 +2,13 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/core/paced_task.h"
-#include "libhybrid/online/online_selection.h"
-#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/selection_options.h"
+#include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
 
@@ -18,8 +19,9 @@ RobustResult evaluate_closures(const RobustProblem& problem, const std::vector<b
                                const ClosureSelectionOptions& options);
 
 /// An evaluation of all closures there were when it began, while the map goes on.
-struct OnlineSelection::Evaluation {
-  Evaluation(RobustProblem all, std::vector<bool> in, const ClosureSelectionOptions& settings)
+struct ClosureEvaluation {
+  ClosureEvaluation(RobustProblem all, std::vector<bool> in,
+                    const ClosureSelectionOptions& settings)
       : problem(std::move(all)), accepted(std::move(in)), options(settings) {}
 
   RobustProblem problem;

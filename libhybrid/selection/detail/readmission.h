@@ -6,11 +6,12 @@
 #include <memory>
 #include <vector>
 
-#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/closures/problem.h"
 #include "libhybrid/selection/detail/candidate.h"
 #include "libhybrid/selection/detail/closure_front.h"
 #include "libhybrid/selection/evidence.h"
 #include "libhybrid/selection/innovation.h"
+#include "libhybrid/selection/selection_options.h"
 #include "libhybrid/solvers/problem.h"
 #include "libhybrid/solvers/starts.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "libhybrid/uncertainty/detail/sighting_pairs.h"
-#include "libhybrid/uncertainty/sensor_noise.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 
 namespace hybrid {
 

@@ -17,7 +17,8 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/import/detail/fix_table.h"
 #include "mrpt_plugins/import/detail/table_odometry.h"
-#include "mrpt_plugins/import/detection_tables.h"
+#include "mrpt_plugins/import/detection_options.h"
+#include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/input/odometry_reset.h"
 
 namespace hybrid {

@@ -13,7 +13,8 @@
 #include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/satellite_fix.h"
 #include "mrpt_plugins/import/detail/named_table.h"
-#include "mrpt_plugins/import/detection_tables.h"
+#include "mrpt_plugins/import/detection_options.h"
+#include "mrpt_plugins/import/log_writer.h"
 
 namespace hybrid {
 

@@ -5,7 +5,8 @@
 
 #include <string>
 
-#include "mrpt_plugins/import/detection_tables.h"
+#include "mrpt_plugins/import/detection_options.h"
+#include "mrpt_plugins/import/log_writer.h"
 
 namespace hybrid {
 

@@ -7,17 +7,18 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/import/kitti.h"
+#include "mrpt_plugins/import/log_writer.h"
 
 namespace hybrid {
 
 /// Streams the motions between consecutive images.
 class KittiOdometry {
  public:
-  /// Throws Error for a missing file.
-  explicit KittiOdometry(const KittiOptions& options);
+  /// Of files as KittiOptions has them. Throws Error for a missing one.
+  KittiOdometry(const std::string& odometry, const std::string& covariances, double inflate);
 
   /// The next motion; empty at the end. Counts dropped and repaired motions. Throws Error with
   /// file:line for malformed rows.
@@ -33,10 +34,11 @@ class KittiOdometry {
   std::optional<OdometryIncrement> next_in_plane(DropReport& dropped);
   std::optional<OdometryIncrement> next_in_space();
 
-  const KittiOptions& options_;
   bool is_3d_;
   TextReader table_;
+  std::string covariances_file_;
   std::optional<TextReader> covariances_;
+  double inflate_;  // standard deviations of these
   std::optional<mrpt::poses::CPose3D> last_;
   bool y_is_right_ = false;  // in the file
   std::size_t count_ = 0;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/import/detection_tables.h"
+#include "mrpt_plugins/import/detection_options.h"
 
 namespace hybrid {
 

@@ -5,7 +5,10 @@
 
 #include <SQLiteCpp/Database.h>
 
-#include "mrpt_plugins/map_file/map_file.h"
+#include <utility>
+#include <vector>
+
+#include "libhybrid/maps/map_record.h"
 
 /// The rows of the tables of a map file. All throw SQLite::Exception.
 namespace hybrid {

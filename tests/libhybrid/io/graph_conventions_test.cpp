@@ -9,7 +9,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/write_graph.h"
-#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/pose_graph/odometry_edges.h"
-
 #include <gtest/gtest.h>
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "apps/hybrid-map/options.h"
+#include "apps/hybrid-map/commands.h"
 
 #include "apps/command_line.h"
 

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/mapping/backend.h"
-
-#include <algorithm>
-#include <utility>
-
 #include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/bridge/read_options.h"
+#include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/batch_backend.h"
 #include "mrpt_plugins/mapping/detail/window_backend.h"
 
@@ -30,15 +26,6 @@ WindowOptions read_window_options(IniSection& solver, const std::string& mode) {
 
 }  // namespace
 
-void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out) {
-  for (auto& [key, variable] : posterior.variables) {
-    for (double error : variable.standard_error) {
-      out.standard_error = std::max(out.standard_error, error);
-    }
-    out.probabilities[key] = std::move(variable.p);
-  }
-}
-
 std::unique_ptr<Backend> make_backend(IniSection solver) {
   const std::string mode = solver.choice(
       "mode", "bounded", {"bounded", "incremental", "batch", "fixed_lag", "filter"},
@@ -56,17 +43,6 @@ std::unique_ptr<Backend> make_backend(IniSection solver) {
   const WindowOptions window = read_window_options(solver, mode);
   if (mode == "batch") return std::make_unique<BatchBackend>(batch, solve_every);
   return std::make_unique<WindowBackend>(window, smoother);
-}
-
-void add_work(BackendReport& into, const BackendReport& from) {
-  into.add(from);
-  if (from.cost != 0 || into.cost == 0) into.cost = from.cost;
-  for (Flip flip : from.flipped) {
-    flip.half_step += into.objectives.size();
-    into.flipped.push_back(flip);
-  }
-  into.objectives.insert(into.objectives.end(), from.objectives.begin(), from.objectives.end());
-  into.warnings.insert(into.warnings.end(), from.warnings.begin(), from.warnings.end());
 }
 
 }  // namespace hybrid
