@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/pose_graph/pose_graph.h"
+#include "libhybrid/selection/closure_selection.h"
 #include "tests/support/random.h"
 
 namespace hybrid {
