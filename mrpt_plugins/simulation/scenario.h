@@ -14,6 +14,7 @@
 
 #include "mrpt_plugins/bridge/geodesy.h"
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/simulation/robot_path.h"
 
 namespace HYBRID_API hybrid {
 
@@ -32,17 +33,7 @@ struct Scenario {
     double min_spacing = 0;
   } world;
 
-  struct Path {
-    std::string shape;
-    int laps = 1;
-    double step = 0, max_turn = 0, period = 0;
-    double radius = 0;                       // circle
-    double width = 0, lane_spacing = 0;      // lawnmower
-    int lanes = 0;                           // lawnmower
-    std::vector<double> waypoints;           // x y x y ...
-    double height = 0, waves = 0, roll = 0;  // in 3-D
-    mrpt::poses::CPose3D start;
-  } path;
+  RobotPath path;
 
   struct Odometry {
     double sigma_translation = 0, sigma_yaw = 0, sigma_tilt = 0;

@@ -6,8 +6,9 @@
 #include <chrono>
 #include <functional>
 
-#include "mrpt_plugins/job/replay.h"
+#include "mrpt_plugins/job/replay_outcome.h"
 #include "mrpt_plugins/session/conditions.h"
+#include "mrpt_plugins/settings/replay_request.h"
 
 namespace hybrid {
 
