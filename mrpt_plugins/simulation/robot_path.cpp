@@ -27,7 +27,7 @@ void check_count(double frames) {
                           kMostFrames));
 }
 
-std::vector<PlanarPose> circle(const RobotPath& path) {
+std::vector<PlanarPose> circle(const DrivenPath& path) {
   const double turn = 2 * M_PI * path.laps;
   check_count(turn * path.radius / path.step);
   const auto steps = std::max(1L, std::lround(turn * path.radius / path.step));
@@ -40,7 +40,7 @@ std::vector<PlanarPose> circle(const RobotPath& path) {
   return poses;
 }
 
-std::vector<double> lawnmower(const RobotPath& path) {
+std::vector<double> lawnmower(const DrivenPath& path) {
   std::vector<double> points;
   for (int lane = 0; lane < path.lanes; ++lane) {
     const double y = lane * path.lane_spacing;
@@ -52,7 +52,7 @@ std::vector<double> lawnmower(const RobotPath& path) {
 }
 
 /// Turns on the spot at each waypoint, then drives straight to the next.
-std::vector<PlanarPose> through(const std::vector<double>& waypoints, const RobotPath& path) {
+std::vector<PlanarPose> through(const std::vector<double>& waypoints, const DrivenPath& path) {
   std::vector<PlanarPose> poses{{}};
   for (int lap = 0; lap < path.laps; ++lap) {
     for (std::size_t i = 0; i + 1 < waypoints.size(); i += 2) {
@@ -81,7 +81,7 @@ std::vector<PlanarPose> through(const std::vector<double>& waypoints, const Robo
 
 }  // namespace
 
-std::vector<mrpt::poses::CPose3D> robot_path(const RobotPath& path, bool is_3d) {
+std::vector<mrpt::poses::CPose3D> robot_path(const DrivenPath& path, bool is_3d) {
   const std::vector<PlanarPose> plan =
       path.shape == "circle"
           ? circle(path)

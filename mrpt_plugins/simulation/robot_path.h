@@ -13,7 +13,7 @@
 namespace HYBRID_API hybrid {
 
 /// Where a robot goes. Lengths in metres, angles in radians, times in seconds.
-struct RobotPath {
+struct DrivenPath {
   std::string shape;
   int laps = 1;
   double step = 0, max_turn = 0, period = 0;
@@ -27,6 +27,6 @@ struct RobotPath {
 
 /// True poses of the robot, one per frame; the first is the origin. In 3-D, the height follows
 /// height/2 (1 - cos) and the roll a sine along the path; the pitch follows the slope.
-std::vector<mrpt::poses::CPose3D> robot_path(const RobotPath& path, bool is_3d);
+std::vector<mrpt::poses::CPose3D> robot_path(const DrivenPath& path, bool is_3d);
 
 }  // namespace hybrid

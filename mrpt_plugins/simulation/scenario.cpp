@@ -42,9 +42,9 @@ Scenario::World read_world(IniFile& ini, bool is_3d) {
   return world;
 }
 
-RobotPath read_path(IniFile& ini) {
+DrivenPath read_path(IniFile& ini) {
   IniSection s = ini.section("path", "Of the robot");
-  RobotPath path;
+  DrivenPath path;
   const auto start = s.get("start", std::vector<double>{0, 0, 0},
                            "Where it begins in the world, x y yaw [m, deg]", kCoordinate);
   if (start.size() != 3) s.fail("start", "needs three numbers: x y yaw");

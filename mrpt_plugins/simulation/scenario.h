@@ -33,7 +33,7 @@ struct Scenario {
     double min_spacing = 0;
   } world;
 
-  RobotPath path;
+  DrivenPath path;
 
   struct Odometry {
     double sigma_translation = 0, sigma_yaw = 0, sigma_tilt = 0;
