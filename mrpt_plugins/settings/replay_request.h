@@ -34,9 +34,9 @@ struct ReplayRequest {
   bool resume = false;   ///< go on with the session that was interrupted
   bool pictures = true;
   PictureFormat picture_format = PictureFormat::kPng;  ///< of those in the plane
-  bool events = false;       ///< write events.jsonl
-  bool report = false;       ///< write report.html, and events.jsonl
-  bool stream = false;       ///< tell every keyframe as a line of JSON
+  bool events = false;                                 ///< write events.jsonl
+  bool report = false;                                 ///< write report.html, and events.jsonl
+  bool stream = false;                                 ///< tell every keyframe as a line of JSON
   int frames = 0;            ///< pictures of the growing map, each a file; 0: none
   bool cross_check = false;  ///< map halves of the detections apart and compare them
   /// Logs that were parsed before, where they may be read several times; null: they are not kept.
