@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Where landmarks are not found again, or mapped twice, a log is mapped with landmarks of an extent.
+"""Where landmarks are not found again, or mapped twice, a log is mapped with its odometry calibrated, or with landmarks of an extent.
 
 usage: coarse_to_fine_test.py BIN
 """
@@ -56,12 +56,19 @@ class CoarseToFine(unittest.TestCase):
         stated = self.mapped("sensor.noise=stated")
         self.assertEqual(self.lost(stated), "bad")
         self.assertEqual(stated["configuration"]["BearingRangeAssociation"]["extent"], "0")
-        coarse = self.mapped()
+        drawn = self.mapped()
+        self.assertEqual(self.lost(drawn), "good")
+        self.assertLess(self.error(drawn), 0.5 * self.error(stated))
+        self.assertLessEqual(drawn["landmarks"], 15)
+        taken = next(draw["settings"] for draw in drawn["draws"] if draw["taken"])
+        self.assertEqual(taken, ["calibration.odometry=yes"])
+
+    def test_of_an_extent(self):
+        """One of those that are drawn where the odometry is not what is wrong."""
+        stated = self.mapped("sensor.noise=stated")
+        coarse = self.mapped("sensor.noise=stated", "BearingRangeAssociation.method=jcbb", "BearingRangeAssociation.extent=.1", "keyframes.tracklets=yes")
         self.assertEqual(self.lost(coarse), "good")
         self.assertLess(self.error(coarse), 0.5 * self.error(stated))
-        association = coarse["configuration"]["BearingRangeAssociation"]
-        self.assertGreater(float(association["extent"]), 0.05)
-        self.assertEqual(association["method"], "jcbb")
         self.assertLessEqual(coarse["landmarks"], 15)
 
     def test_of_twins(self):
