@@ -33,6 +33,7 @@ struct HealthEntry {
   /// section.key of the INI, a factor of what "value" is measured in; empty: there is none.
   std::string scale = {};
   std::vector<HealthSample> over_time = {};  ///< empty: it is a value of the whole
+  bool of_calibration = false;               ///< of what is estimated only where that is asked for
 };
 
 using Health = std::vector<HealthEntry>;

@@ -296,6 +296,7 @@ void check_calibration(const RunFacts& facts, Health& health) {
       if (scale.name.rfind("scale of ", 0) != 0 || !scale.observed) continue;
       HealthEntry entry;
       entry.name = scale.name + " of " + calibration.name;
+      entry.of_calibration = true;
       const UpperLimits& limits = facts.is_by_scans() ? kWheelLimits : kScaleLimits;
       entry.value = factor_off(scale.value);
       entry.most = limits.doubtful;

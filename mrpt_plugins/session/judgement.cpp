@@ -144,7 +144,7 @@ bool is_better(const Health& a, const Health& b) {
     return entry.verdict > level || badness(entry) > kAlike * badness(b, entry.name);
   });
   const auto is_judged = [](const HealthEntry& entry) {
-    return entry.verdict != HealthVerdict::kNotJudged;
+    return entry.verdict != HealthVerdict::kNotJudged && !entry.of_calibration;
   };
   // A map of which less can be asked is not better for that.
   return !is_worse &&

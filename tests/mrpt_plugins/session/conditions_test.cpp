@@ -33,6 +33,9 @@ TEST(IsBetter, IsNotWhereOneCheckIsMuchWorse) {
 TEST(IsBetter, IsNotWhereLessIsAsked) {
   EXPECT_FALSE(is_better({}, {entry("a", 8)}));
   EXPECT_FALSE(is_better({entry("b", 1)}, {entry("a", 8), entry("b", 1)}));
+  HealthEntry scale = entry("scale of the odometry", 1);
+  scale.of_calibration = true;  // which the other map was not asked for
+  EXPECT_TRUE(is_better({entry("a", 1)}, {entry("a", 8), scale}));
   EXPECT_TRUE(is_better({entry("b", 1), entry("c", 1)}, {entry("a", 8), entry("b", 1)}));
   HealthEntry not_judged;
   not_judged.verdict = HealthVerdict::kNotJudged;
