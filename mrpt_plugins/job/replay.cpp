@@ -136,9 +136,8 @@ bool is_right(const Health& health) {
   return worst(health) < HealthVerdict::kBad && agreement_of(health) != HealthVerdict::kDoubtful;
 }
 
-/// Makes other maps of logs whose map is bad, until one is right.
+/// Makes other maps of logs whose map is not right, until one is.
 void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
-  if (worst(taken.outcome.summary.health) < HealthVerdict::kBad) return;
   for (const ReplayRequest& other : draws(request, taken.request, taken.outcome.summary)) {
     const Health before = taken.outcome.summary.health;
     if (taken.outcome.signal != 0 || is_right(before)) return;

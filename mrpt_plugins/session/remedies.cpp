@@ -234,6 +234,7 @@ bool agrees_better(const Health& a, const Health& b) {
   const bool both_are_good = of_a == HealthVerdict::kGood && of_b == HealthVerdict::kGood;
   const double gain = least_agreement(a) - least_agreement(b);
   if (!both_are_good && std::abs(gain) > kClearly) return gain > 0;
+  if (gain <= 0 && worst(b) < HealthVerdict::kBad) return false;
   if (is_better(a, b) || is_better(b, a)) return is_better(a, b);
   return of_a < of_b;
 }

@@ -46,8 +46,9 @@ std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary&
 
 /// Whether clearly more of what was measured far apart in time agrees in map `a` than in `b`, of
 /// which not both are good; or as much, and `a` is better by all checks, or by this alone where
-/// these do not tell. A map that is not judged agrees with nothing, but where all other checks call
-/// it right it is better than one that is judged bad.
+/// these do not tell. A map without a bad check is not given up for one that agrees less. A map
+/// that is not judged agrees with nothing, but where all other checks call it right it is better
+/// than one that is judged bad.
 bool agrees_better(const Health& a, const Health& b);
 
 }  // namespace hybrid

@@ -218,6 +218,10 @@ TEST(AgreesBetter, OfBadMapsTheOneWithTheLargerShare) {
   EXPECT_FALSE(agrees_better({of_agreement(0.92), check("a", 9)}, {doubtful, check("a", 1)}));
   EXPECT_TRUE(agrees_better({of_agreement(0.92), check("a", 9)}, {doubtful, check("a", 9)}));
   EXPECT_FALSE(agrees_better({doubtful, check("a", 9)}, {of_agreement(0.92), check("a", 9)}));
+  HealthEntry less = doubtful;
+  less.value = 0.87;
+  EXPECT_FALSE(agrees_better({less, check("a", 1)}, {doubtful, check("a", 3)}));
+  EXPECT_TRUE(agrees_better({doubtful, check("a", 1)}, {less, check("a", 3)}));
   HealthEntry unjudged = of_agreement(std::numeric_limits<double>::quiet_NaN());
   unjudged.verdict = HealthVerdict::kNotJudged;
   EXPECT_TRUE(agrees_better({of_agreement(0.3)}, {unjudged}));
