@@ -18,6 +18,9 @@ import statistics
 import subprocess
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from health_table import seeds_of  # noqa: E402
+
 TOLERANCE = 0.5  # m
 APART = 30  # poses between the two ends of a false closure, at least
 CASES = [(share, passage, robots) for robots in (1, 3) for passage in (1, 20) for share in (0.2, 0.5, 1.0)]
@@ -100,11 +103,6 @@ def judged(binary, folder, base, case, seed, method):
         graph.write(path, graph.false_closures(share, passage, chance), robots, chance)
     summary = solve(binary, path, folder / f"{path.stem}_{method}", "--method", method, "--truth", f"{path}.truth")
     return (summary["truth"]["trajectory"]["aligned"]["rmse_m"], any(entry["verdict"] == "bad" for entry in summary["health"]))
-
-
-def seeds_of(text):
-    first, _, last = text.partition("-")
-    return list(range(int(first), int(last) + 1)) if last else [int(word) for word in text.split(",")]
 
 
 def main():
