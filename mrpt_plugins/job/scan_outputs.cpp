@@ -104,11 +104,6 @@ ScanOutputs::ScanOutputs(bool keeps_scans, bool is_3d,
 }
 
 void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
-  std::optional<double> last;
-  if (const auto known = last_time_.find(keyframe.robot); known != last_time_.end()) {
-    last = known->second;
-  }
-  last_time_[keyframe.robot] = keyframe.time;
   if (!archive_) {
     paths_.add(keyframe);
     return;
@@ -119,7 +114,10 @@ void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
     const std::optional<ScanMotion> motion =
         follower != nullptr ? follower->scan_motion() : std::nullopt;
     if (!motion) continue;
-    const Keyframe placed = placed_by_scans(keyframe, *motion, last);
+    const auto last = paths_.last_of().find(keyframe.robot);
+    const Keyframe placed = placed_by_scans(
+        keyframe, *motion,
+        last == paths_.last_of().end() ? std::nullopt : std::optional(last->second.time));
     archive_->add(number, placed);
     paths_.add(placed, true);
     return;
@@ -129,7 +127,7 @@ void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
 }
 
 void ScanOutputs::finish(const LogMerge& source, MapResult& result) {
-  for (const auto& [robot, time] : last_time_) paths_.end(robot, source.rest(robot));
+  for (const auto& [robot, last] : paths_.last_of()) paths_.end(robot, source.rest(robot));
   result.curves = paths_.curves(result.trajectory);
   result.reckoned_curves = paths_.reckoned_curves(result.dead_reckoning);
   for (const auto& plugin : plugins_) {

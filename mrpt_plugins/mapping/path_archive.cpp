@@ -103,7 +103,7 @@ void PathArchive::add(const Keyframe& keyframe, bool is_matched) {
     step.T_before_keyframe =
         std::make_unique<const Eigen::Isometry3d>(to_isometry(keyframe.odometry->mean));
   }
-  last_of_[keyframe.robot] = steps_.size();
+  last_of_[keyframe.robot] = {steps_.size(), keyframe.time};
   steps_.push_back(std::move(step));
   thin_out();
 }
@@ -189,7 +189,7 @@ void PathArchive::add_poses(std::size_t k, std::optional<std::size_t> before,
 void PathArchive::add_rest(std::size_t robot, const Trajectory& keyframes, Trajectory& out) const {
   const auto rest = rests_.find(robot);
   if (rest == rests_.end()) return;
-  const Eigen::Isometry3d T_map_keyframe = to_isometry(keyframes[last_of_.at(robot)].pose);
+  const Eigen::Isometry3d T_map_keyframe = to_isometry(keyframes[last_of_.at(robot).keyframe].pose);
   for (const Entry& entry : rest->second.entries) {
     if (entry.time <= out.back().time) continue;
     out.push_back({entry.time, to_mrpt(T_map_keyframe * isometry_of(entry.T_keyframe_robot))});

@@ -32,6 +32,12 @@ class PathArchive {
 
   /// Takes the next keyframe of the map; `is_matched`: its motion is that of scans, not odometry.
   void add(const Keyframe& keyframe, bool is_matched = false);
+  /// The last keyframe of each robot so far, its place in MapResult::trajectory.
+  struct Last {
+    std::size_t keyframe = 0;
+    double time = 0;
+  };
+  const std::map<std::size_t, Last>& last_of() const { return last_of_; }
   /// Where a robot was after its last keyframe, seen from it.
   void end(std::size_t robot, const std::vector<PoseBetween>& rest);
 
@@ -77,8 +83,8 @@ class PathArchive {
   std::size_t most_;
   std::size_t count_ = 0;  // entries of odometry alone
   std::vector<Step> steps_;
-  std::map<std::size_t, Step> rests_;           // by robot
-  std::map<std::size_t, std::size_t> last_of_;  // of each robot, its last keyframe
+  std::map<std::size_t, Step> rests_;  // by robot
+  std::map<std::size_t, Last> last_of_;
 };
 
 }  // namespace hybrid

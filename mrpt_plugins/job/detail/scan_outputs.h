@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -58,7 +57,6 @@ class ScanOutputs {
  private:
   std::optional<ScanArchive> archive_;
   PathArchive paths_;
-  std::map<std::size_t, double> last_time_;  // of the keyframes of each robot
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::vector<KeyframeScans> drawn_;
   std::vector<MeasuredClosure> closures_;
