@@ -3,9 +3,9 @@
 
 #include "mrpt_plugins/input/scan_watch.h"
 
-#include <cmath>
 #include <utility>
 
+#include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
 
 namespace hybrid {
@@ -15,11 +15,6 @@ namespace {
 constexpr double kBetweenLooks = 0.15;
 /// Odometry rests where it is slower than this [m/s].
 constexpr double kRest = 0.05;
-
-SE2 in_plane(const Eigen::Isometry3d& T) {
-  const Eigen::Matrix3d R = T.linear();
-  return {T.translation().x(), T.translation().y(), std::atan2(R(1, 0), R(0, 0))};
-}
 
 }  // namespace
 
@@ -47,7 +42,7 @@ bool ScanWatch::has_moved(const LaserScan& scan) {
     options.keyframe_distance = kScanKeyframes.min_distance;
     options.keyframe_turn = kScanKeyframes.min_angle;
     tracker_.emplace(options).track(scan_points(*keyframe_), std::nullopt);
-    motion = in_plane(scan.T_keyframe_robot);
+    motion = to_se2(scan.T_keyframe_robot);
   }
   if (!tracker_->track(scan_points(scan), motion).is_keyframe) return false;
   keyframe_ = scan;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/se2.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
@@ -20,11 +21,6 @@ constexpr double kStep = 2 * M_PI / kRays;
 constexpr double kSpacing = 0.1;  // of points on surfaces [m]
 constexpr double kBesideRobot = 0.1;
 constexpr double kSeenTo = 200.0;  // that a local map reaches [m]
-
-SE2 in_plane(const MapKeyframe& keyframe) {
-  const Eigen::Isometry3d& T = keyframe.T_map_robot;
-  return {T.translation().x(), T.translation().y(), std::atan2(T(1, 0), T(0, 0))};
-}
 
 /// What is seen of a local map from a place in its frame.
 LaserScan view_of(const MapLocalMap& local, const SE2& T_local_robot) {
@@ -52,7 +48,7 @@ LaserScan view_of(const MapLocalMap& local, const SE2& T_local_robot) {
 /// The keyframe of a session that is the anchor of a local map.
 std::size_t anchor_of(const SE2& T_map_local, const MapSession& session) {
   const auto distance = [&](const MapKeyframe& keyframe) {
-    return T_map_local.between(in_plane(keyframe)).log().norm();
+    return T_map_local.between(to_se2(keyframe.T_map_robot)).log().norm();
   };
   const auto nearest =
       std::min_element(session.keyframes.begin(), session.keyframes.end(),
@@ -65,12 +61,12 @@ std::vector<SE2> places_of(const SE2& T_map_local, const MapSession& session) {
   std::vector<SE2> out{SE2()};
   if (session.keyframes.empty()) return out;
   const std::size_t anchor = anchor_of(T_map_local, session);
-  const SE2 T_anchor_map = in_plane(session.keyframes[anchor]).inverse();
+  const SE2 T_anchor_map = to_se2(session.keyframes[anchor].T_map_robot).inverse();
   SE2 last;
   double way = 0;
   for (std::size_t k = anchor + 1; k < session.keyframes.size() && way < kStretch; ++k) {
     if (session.keyframes[k].robot != session.keyframes[anchor].robot) continue;
-    const SE2 here = T_anchor_map * in_plane(session.keyframes[k]);
+    const SE2 here = T_anchor_map * to_se2(session.keyframes[k].T_map_robot);
     way += last.between(here).translation().norm();
     last = here;
     if (out.back().between(here).translation().norm() >= kApart) out.push_back(here);

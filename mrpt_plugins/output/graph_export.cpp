@@ -16,28 +16,20 @@
 namespace hybrid {
 namespace {
 
+/// Adds a sighting, with the estimated pose of the sensor where that is calibrated.
 template <class Pose, class Edge>
-bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
-  const auto* sighting = dynamic_cast<const BearingRange<Pose>*>(&factor);
-  if (sighting == nullptr) return false;
-  const auto seen =
-      locate(Pose(), sighting->measured(), noise_of(*sighting), sighting->T_robot_sensor());
-  edges.push_back(
-      {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
-  return true;
-}
-
-/// Adds a sighting with the estimated pose of the sensor.
-template <class Pose, class Edge>
-bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& values,
-                             std::vector<Edge>& edges) {
+bool add_sighting(const ContinuousFactor& factor, const Values& values, std::vector<Edge>& edges) {
+  const auto add = [&](const auto& sighting, const Pose& T_robot_sensor) {
+    const auto seen = locate(Pose(), sighting.measured(), noise_of(sighting), T_robot_sensor);
+    edges.push_back(
+        {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
+    return true;
+  };
+  if (const auto* sighting = dynamic_cast<const BearingRange<Pose>*>(&factor)) {
+    return add(*sighting, sighting->T_robot_sensor());
+  }
   const auto* sighting = dynamic_cast<const CalibratedBearingRange<Pose>*>(&factor);
-  if (sighting == nullptr) return false;
-  const auto seen =
-      locate(Pose(), sighting->measured(), noise_of(*sighting), values.at<Pose>(factor.keys()[2]));
-  edges.push_back(
-      {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
-  return true;
+  return sighting != nullptr && add(*sighting, values.at<Pose>(factor.keys()[2]));
 }
 
 /// Adds a motion corrected by the estimated calibration of the odometry.
@@ -72,9 +64,7 @@ bool has_vertices(const ContinuousFactor& factor, const Values& values) {
 bool add_known(const ContinuousFactor& factor, PoseGraph& g) {
   const Values& at = g.values;
   return add_relative_pose(factor, g.poses2) || add_relative_pose(factor, g.poses3) ||
-         add_sighting<SE2>(factor, g.points2) || add_sighting<SE3>(factor, g.points3) ||
-         add_calibrated_sighting<SE2>(factor, at, g.points2) ||
-         add_calibrated_sighting<SE3>(factor, at, g.points3) ||
+         add_sighting<SE2>(factor, at, g.points2) || add_sighting<SE3>(factor, at, g.points3) ||
          add_calibrated_motion<CalibratedMotion2>(factor, at, g.poses2) ||
          add_calibrated_motion<CalibratedMotion3>(factor, at, g.poses3) ||
          add_prior<SE2>(factor, g.fixed) || add_prior<SE3>(factor, g.fixed);

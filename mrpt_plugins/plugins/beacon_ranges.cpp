@@ -52,7 +52,7 @@ const char* fault(double range, const Eigen::Vector3d& antenna, double max_range
 }  // namespace
 
 void BeaconRanges::configure(IniSection section) {
-  section.read("sensors", sensors_, "labels of the sensors to use; empty: all");
+  sensors_ = read_sensors(section);
   section.read("sigma", sigma_, "standard deviation of ranges [m]; 0: as the log says",
                or_zero(kSigmaMetres));
   section.read("sigma_factor", sigma_factor_, "factor of the standard deviations of the log",
@@ -108,7 +108,6 @@ Contribution BeaconRanges::conclude(const MapView& map) {
   return out;
 }
 
-/// A new contribution.
 /// Beacons are known by the ids of a log: throws Error for a map of numbers, which are small, too.
 void BeaconRanges::adopt(const KnownMap& known, bool) {
   if (known.identified) return;
@@ -117,6 +116,7 @@ void BeaconRanges::adopt(const KnownMap& known, bool) {
       "map ranges in another file");
 }
 
+/// A new contribution.
 void BeaconRanges::begin() {
   placed_.begin();
   known_before_ = known_;
@@ -287,9 +287,7 @@ Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
 
 void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& values, bool is_3d,
                          Contribution& out) {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  point.head(landmark.point.size()) = landmark.point;
-  insert_point(out.delta.values, position_key(landmark.id), point, is_3d);
+  insert_point(out.delta.values, position_key(landmark.id), padded_point(landmark.point), is_3d);
   out.landmarks.push_back({landmark.id, position_key(landmark.id), std::nullopt, 0});
   known_.push_back(landmark.id);
   placed_.place(landmark);

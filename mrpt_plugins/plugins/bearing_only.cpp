@@ -37,7 +37,7 @@ ContinuousFactorPtr prior_of_position(const PlacedLandmark& landmark) {
 }  // namespace
 
 void BearingOnlyKnownIds::configure(IniSection section) {
-  section.read("sensors", sensors_, "labels of the sensors to use; empty: all");
+  sensors_ = read_sensors(section);
   section.read("least_depth", least_depth_, "of a landmark at first sight [m]", kPositiveLength);
   section.read("greatest_depth", greatest_depth_, "of a landmark at first sight [m]",
                kPositiveLength);
@@ -156,9 +156,8 @@ Contribution BearingOnlyKnownIds::revise(const MapView& map) {
 
 void BearingOnlyKnownIds::place(const PlacedLandmark& landmark, const MapView& map,
                                 Contribution& out) {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  point.head(landmark.point.size()) = landmark.point;
-  insert_point(out.delta.values, position_key(landmark.id), point, map.is_3d);
+  insert_point(out.delta.values, position_key(landmark.id), padded_point(landmark.point),
+               map.is_3d);
   PlacedLandmarks::Priors priors;
   Landmark entry{landmark.id, position_key(landmark.id), std::nullopt, 0};
   if (!classes_.names().empty()) {

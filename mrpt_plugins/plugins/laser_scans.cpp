@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
@@ -39,18 +40,8 @@ bool are_together(const LaserScan& a, const LaserScan& b) {
              kSamePlace;
 }
 
-SE2 in_plane(const Eigen::Isometry3d& T) {
-  const Eigen::Matrix3d R = T.linear();
-  return {T.translation().x(), T.translation().y(), std::atan2(R(1, 0), R(0, 0))};
-}
-
 SE2 planar_pose(const Values& values, Key key, bool is_3d) {
-  if (!is_3d) return values.at<SE2>(key);
-  const SE3 pose = values.at<SE3>(key);
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = pose.rotation().matrix();
-  T.translation() = pose.translation();
-  return in_plane(T);
+  return is_3d ? to_se2(to_isometry(values.at<SE3>(key))) : values.at<SE2>(key);
 }
 
 ContinuousFactorPtr factor_in_space(Key from, Key to, const UncertainMotion& measured) {
@@ -101,7 +92,7 @@ std::optional<SE2> LaserScans::motion_to(const Robot& robot, const Frame& frame,
   if (robot.keys.empty() || robot.lost_odometry) return std::nullopt;
   if (!map.values.contains(robot.keys.back())) return std::nullopt;
   return planar_pose(map.values, robot.keys.back(), map.is_3d)
-      .between(in_plane(to_isometry(frame.T_map_robot)));
+      .between(to_se2(to_isometry(frame.T_map_robot)));
 }
 
 /// Tracks all scans of a frame; those of the last time make the keyframe. Notes where each was, in
@@ -118,7 +109,7 @@ TrackedScan LaserScans::track(Robot& robot, const Frame& frame, std::optional<SE
       const std::vector<SurfacePoint> seen = scan_points(scans[end++], options_.points);
       points.insert(points.end(), seen.begin(), seen.end());
     }
-    const SE2 place = in_plane(scans[i].T_keyframe_robot);
+    const SE2 place = to_se2(scans[i].T_keyframe_robot);
     const bool is_last = end == scans.size();
     ++robot.scans;
     if (points.size() < kFewReturns) ++robot.blind;
