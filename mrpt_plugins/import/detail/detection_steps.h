@@ -125,23 +125,22 @@ class DetectionSteps {
     if (odometry_.resets() > resets_) {
       log_.drop(OdometryReset::kDropped);
     } else if (last_) {
-      step.motion = wandering_motion(*last_, *pose, odometry_.is_3d(), options_.walk_translation,
-                                     options_.walk_rotation);
+      step.motion = wandering_motion(last_->pose, *pose, odometry_.is_3d(),
+                                     options_.walk_translation, options_.walk_rotation);
     }
     resets_ = odometry_.resets();
-    last_ = pose;
-    if (reads_ && time > reading_) log_.add_odometry(time, *pose, odometry_.is_3d());
-    last_is_read_ = reads_;
-    reads_ = false;
-    reading_ = time;
+    last_is_read_ = last_ && newest_ > last_->time;
+    if (last_is_read_ && time > newest_) log_.add_odometry(time, *pose, odometry_.is_3d());
+    last_ = TimedPose{time, *pose};
+    newest_ = time;
     log_.add(step);
   }
   /// Adds a row of the odometry between steps, which tells where the robot was there.
   void add_reading(const TimedPose& row) {
-    if (!last_ || row.time <= reading_) return;
-    if (!last_is_read_) log_.add_odometry(reading_, *last_, odometry_.is_3d());
-    last_is_read_ = reads_ = true;
-    reading_ = row.time;
+    if (!last_ || row.time <= newest_) return;
+    if (!last_is_read_) log_.add_odometry(last_->time, last_->pose, odometry_.is_3d());
+    last_is_read_ = true;
+    newest_ = row.time;
     log_.add_odometry(row.time, row.pose, odometry_.is_3d());
   }
   Observations fixes_at(double time) { return fixes_ ? fixes_->take(time) : Observations(); }
@@ -185,11 +184,10 @@ class DetectionSteps {
   std::map<double, mrpt::obs::CObservationBeaconRanges::Ptr> ranges_;  // without directions, by
                                                                        // sigma
   CObservationClassedBearingRange::Ptr frame_, bare_;
-  std::size_t directions_ = 0;  // without ranges
-  std::optional<mrpt::poses::CPose3D> last_;
-  double reading_ = 0;         // time of the last step or row behind it
-  bool reads_ = false;         // rows since the last step are in the log
-  bool last_is_read_ = false;  // the last step has a reading of its own time
+  std::size_t directions_ = 0;     // without ranges
+  std::optional<TimedPose> last_;  // step
+  double newest_ = 0;              // time of that or of the last row behind it
+  bool last_is_read_ = false;      // the last step, or a row behind it, is in the log
   double time_ = -std::numeric_limits<double>::infinity();
 };
 
