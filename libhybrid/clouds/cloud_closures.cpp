@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace hybrid {
@@ -31,31 +32,15 @@ auto proposed_to(std::size_t cloud, const std::vector<ProposedClosure>& all) {
 }  // namespace
 
 /// What is seen at the end of the path, in the frame of the newest cloud.
-struct CloudClosureSearch::Query {
+struct CloudClosureSearch::Query : PathEnd<SE3> {
+  const CloudTracker* tracker = nullptr;
   std::size_t cloud = 0;
-  double spacing = 0, reach = 0;
+  double spacing = 0;
   std::vector<CloudPoint> points;
-  double way = 0;                  // along which they were seen [m]
-  double shared = 1;               // number of searches that share them
-  Matrix6 walk = Matrix6::Zero();  // covariance of the motion along it
-
-  CloudClosure closure(const CloudAlignment& mode, double from_anchor) const;
 };
 
-/// The places of a stretch walk at random relative to its end, and so does their mean, by a third
-/// of that; the same holds for the map around the cloud to which a closure refers, or from the
-/// anchor of a stored cloud to the place. Searches that share points tell a share each.
-CloudClosure CloudClosureSearch::Query::closure(const CloudAlignment& mode,
-                                                double from_anchor) const {
-  const double steps = 2.0 / 3.0 + (way > 0 ? from_anchor / way : 0.0);
-  CloudClosure out;
-  out.to = cloud;
-  out.pose = {mode.pose, shared * (alignment_covariance(mode) + steps * walk)};
-  out.inliers = mode.inliers;
-  return out;
-}
-
-CloudClosureSearch::CloudClosureSearch(const CloudClosureOptions& options) : options_(options) {
+CloudClosureSearch::CloudClosureSearch(const CloudClosureOptions& options)
+    : options_(options), targets_(kMostTargets) {
   std::vector<ProposedClosure>& all = options_.proposed;
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::make_pair(a.to, a.from) < std::make_pair(b.to, b.from);
@@ -83,37 +68,21 @@ void CloudClosureSearch::store(std::vector<StoredCloud> clouds) {
 }
 
 /// Complete local maps that were left behind, nearest first.
-std::vector<CloudClosureSearch::TargetName> CloudClosureSearch::candidates(
-    const CloudTracker& tracker, const Poses& poses) const {
-  const std::vector<LocalCloud>& maps = tracker.local_maps();
+std::vector<std::size_t> CloudClosureSearch::candidates(const CloudTracker& tracker,
+                                                        const Poses& poses) const {
   const Eigen::Vector3d here = poses(tracker.clouds() - 1).translation();
-  std::vector<std::pair<double, std::size_t>> near;
-  for (std::size_t m = 0; m + 1 < maps.size(); ++m) {
-    const LocalCloud& map = maps[m];
-    if (map.anchor + map.poses.size() > maps.back().anchor || map.points.empty()) continue;
-    const SE3 anchor = poses(map.anchor);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const SE3& pose : map.poses) {
-      nearest = std::min(nearest, (anchor * pose.translation() - here).norm());
-    }
-    if (nearest < (options_.view + options_.max_reach) * tracker.reach()) {
-      near.emplace_back(nearest, m);
-    }
-  }
-  std::stable_sort(near.begin(), near.end());
-  std::vector<TargetName> out;
-  for (const auto& [distance, m] : near) {
-    const bool overlaps = std::any_of(out.begin(), out.end(), [m = m](const TargetName& other) {
-      return other.number + 1 == m || m + 1 == other.number;
-    });
-    if (!overlaps && static_cast<int>(out.size()) < options_.most_maps) out.push_back({false, m});
+  const double limit = (options_.view + options_.max_reach) * tracker.reach();
+  std::vector<std::size_t> out;
+  for (const auto& [distance, m] : maps_near(tracker.local_maps(), poses, here, limit)) {
+    if (tracker.local_maps()[m].points.empty() || overlaps(out, m)) continue;
+    if (static_cast<int>(out.size()) < options_.most_maps) out.push_back(m);
   }
   return out;
 }
 
 /// Stored clouds that may be seen from a place, nearest first.
-std::vector<CloudClosureSearch::TargetName> CloudClosureSearch::stored_candidates(
-    const Eigen::Vector3d& here, double reach) const {
+std::vector<std::size_t> CloudClosureSearch::stored_candidates(const Eigen::Vector3d& here,
+                                                               double reach) const {
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t m = 0; m < samples_.size(); ++m) {
     double nearest = std::numeric_limits<double>::infinity();
@@ -123,57 +92,36 @@ std::vector<CloudClosureSearch::TargetName> CloudClosureSearch::stored_candidate
     if (nearest < (options_.view + options_.max_reach) * reach) near.emplace_back(nearest, m);
   }
   std::stable_sort(near.begin(), near.end());
-  std::vector<TargetName> out;
+  std::vector<std::size_t> out;
   for (const auto& [distance, m] : near) {
-    if (static_cast<int>(out.size()) < options_.most_maps) out.push_back({true, m});
+    if (static_cast<int>(out.size()) < options_.most_maps) out.push_back(m);
   }
   return out;
 }
 
-/// Made when first needed, and kept as long as it is among those used last.
-const CloudTarget& CloudClosureSearch::target(const TargetName& name,
-                                              const std::vector<CloudPoint>& points, double spacing,
-                                              const SE3& T_map_anchor) {
-  auto found = targets_.find(name);
-  if (found == targets_.end()) {
-    found = targets_.emplace(name, KeptTarget{make_cloud_target(points, spacing, T_map_anchor), 0})
-                .first;
-  }
-  found->second.used = ++searches_;
-  if (targets_.size() > kMostTargets) {
-    targets_.erase(std::min_element(
-        targets_.begin(), targets_.end(),
-        [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
-  }
-  return found->second.target;
-}
-
-CloudMatchOptions CloudClosureSearch::match_options(double reach) const {
-  return {options_.max_reach * reach, options_.max_turn, options_.min_inliers,
-          options_.most_points};
-}
-
-void CloudClosureSearch::look_at_local_map(const Query& query, const LocalCloud& map,
-                                           const TargetName& name, const Poses& poses,
-                                           const Relation& relation,
-                                           std::vector<CloudClosure>& closures) {
-  const CloudTarget& target = this->target(name, map.points, query.spacing, poses(map.anchor));
-  const auto modes =
-      match(query.points, target, relation(map.anchor, query.cloud), match_options(query.reach));
+/// Adds all modes of the query in a local map or a stored cloud.
+void CloudClosureSearch::look(const Query& query, const PlaceName& name, const SE3& T_map_anchor,
+                              const UncertainMotion3& predicted,
+                              std::vector<CloudClosure>& closures) {
+  const LocalCloud* map = name.is_known ? nullptr : &query.tracker->local_maps()[name.number];
+  const CloudTarget& target = targets_.at(name, [&] {
+    return make_cloud_target(map ? map->points : stored_[name.number].points, query.spacing,
+                             T_map_anchor);
+  });
+  const CloudMatchOptions options{options_.max_reach * query.tracker->reach(), options_.max_turn,
+                                  options_.min_inliers, options_.most_points};
+  const auto modes = match(query.points, target, predicted, options);
   const std::size_t first = closures.size();
   for (const CloudAlignment& mode : modes) {
-    // What lies between the anchor and the nearest cloud is not known as well as the match is.
-    const auto nearest =
-        std::min_element(map.poses.begin(), map.poses.end(), [&](const SE3& a, const SE3& b) {
-          return (a.translation() - mode.pose.translation()).norm() <
-                 (b.translation() - mode.pose.translation()).norm();
-        });
-    CloudClosure out = query.closure(mode, 0);
-    out.from = map.anchor + static_cast<std::size_t>(nearest - map.poses.begin());
-    out.pose.motion = nearest->between(mode.pose);
-    out.modes = static_cast<int>(modes.size());
-    out.first_mode = first;
-    closures.push_back(out);
+    const double from_anchor = map ? 0 : mode.pose.translation().norm();
+    closures.push_back({name.number,
+                        query.cloud,
+                        {mode.pose, query.widened(alignment_covariance(mode), from_anchor)},
+                        mode.inliers,
+                        static_cast<int>(modes.size()),
+                        first,
+                        name.is_known});
+    if (map) refer_to_nearest(*map, closures.back());
   }
 }
 
@@ -196,17 +144,16 @@ std::optional<std::size_t> CloudClosureSearch::map_of_proposed(std::size_t cloud
 /// Aligns the clouds from a pose that is proposed. Its pair is that of the closures. Poses in the
 /// local map that were `seen` before are left out: they were measured once.
 void CloudClosureSearch::try_proposed(const Query& query, const ProposedClosure& proposed,
-                                      const LocalCloud& map, const TargetName& name,
-                                      const Poses& poses, const Relation& relation,
+                                      std::size_t m, const Poses& poses, const Relation& relation,
                                       std::vector<SE3>& seen, std::vector<CloudClosure>& closures) {
+  const LocalCloud& map = query.tracker->local_maps()[m];
   Matrix6 covariance = Matrix6::Identity();
   covariance.topLeftCorner<3, 3>() *= std::pow(kProposedSpacings * query.spacing, 2);
   covariance.bottomRightCorner<3, 3>() *= kProposedAngle * kProposedAngle;
   const SE3& from = map.poses[proposed.from - map.anchor];
   const UncertainMotion3 predicted{from * proposed.pose, covariance};
   std::vector<CloudClosure> found;
-  look_at_local_map(
-      query, map, name, poses, [&](std::size_t, std::size_t) { return predicted; }, found);
+  look(query, {false, m}, poses(map.anchor), predicted, found);
   const std::size_t first = closures.size();
   for (CloudClosure& closure : found) {
     const SE3& nearest = map.poses[closure.from - map.anchor];
@@ -238,27 +185,7 @@ void CloudClosureSearch::look_at_proposed(const CloudTracker& tracker, const Pos
     const std::optional<std::size_t> m = map_of_proposed(it->from, tracker);
     if (!m) continue;
     if (!query) query = present_query(tracker, relation);
-    try_proposed(*query, *it, tracker.local_maps()[*m], {false, *m}, poses, relation, seen[*m],
-                 closures);
-  }
-}
-
-void CloudClosureSearch::look_at_stored(const Query& query, const TargetName& name,
-                                        const Relation& relation,
-                                        std::vector<CloudClosure>& closures) {
-  const StoredCloud& stored = stored_[name.number];
-  const CloudTarget& target =
-      this->target(name, stored.points, query.spacing, stored.T_map_anchor.motion);
-  const auto modes =
-      match(query.points, target, relation(name.number, query.cloud), match_options(query.reach));
-  const std::size_t first = closures.size();
-  for (const CloudAlignment& mode : modes) {
-    CloudClosure out = query.closure(mode, mode.pose.translation().norm());
-    out.from = name.number;
-    out.modes = static_cast<int>(modes.size());
-    out.first_mode = first;
-    out.is_known = true;
-    closures.push_back(out);
+    try_proposed(*query, *it, *m, poses, relation, seen[*m], closures);
   }
 }
 
@@ -267,13 +194,13 @@ CloudClosureSearch::Query CloudClosureSearch::present_query(const CloudTracker& 
                                                             const Relation& relation) const {
   const LocalCloud& present = tracker.local_maps().back();
   Query query;
+  query.tracker = &tracker;
   query.cloud = tracker.clouds() - 1;
   query.spacing = tracker.surfaces()->spacing();
-  query.reach = tracker.reach();
   query.points = chosen(transformed(present.poses.back().inverse(), tracker.surfaces()->points()),
                         options_.most_points);
   query.way = present.travelled.back() - present.travelled.front();
-  query.shared = std::max(1.0, query.way / (options_.every * query.reach));
+  query.shared = std::max(1.0, query.way / (options_.every * tracker.reach()));
   if (present.anchor < query.cloud) {
     query.walk = relation(present.anchor, query.cloud).covariance;
   }
@@ -289,16 +216,18 @@ std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker
   const double way = tracker.local_maps().back().travelled.back();
   if (way < next_ || options_.most_maps == 0) return closures;
   next_ = way + options_.every * tracker.reach();
-  const std::vector<TargetName> near = candidates(tracker, poses);
-  const std::vector<TargetName> near_stored =
+  const std::vector<std::size_t> near = candidates(tracker, poses);
+  const std::vector<std::size_t> near_stored =
       stored_candidates(poses(tracker.clouds() - 1).translation(), tracker.reach());
   if (near.empty() && near_stored.empty()) return closures;
   const Query query = present_query(tracker, relation);
-  for (const TargetName& name : near) {
-    const LocalCloud& map = tracker.local_maps()[name.number];
-    look_at_local_map(query, map, name, poses, relation, closures);
+  for (const std::size_t m : near) {
+    const std::size_t anchor = tracker.local_maps()[m].anchor;
+    look(query, {false, m}, poses(anchor), relation(anchor, query.cloud), closures);
   }
-  for (const TargetName& name : near_stored) look_at_stored(query, name, stored, closures);
+  for (const std::size_t m : near_stored) {
+    look(query, {true, m}, stored_[m].T_map_anchor.motion, stored(m, query.cloud), closures);
+  }
   return closures;
 }
 

@@ -5,14 +5,12 @@
 
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "libhybrid/clouds/cloud_match.h"
 #include "libhybrid/clouds/cloud_tracker.h"
-#include "libhybrid/online/closure_graph.h"
+#include "libhybrid/online/place_search.h"
 
 namespace HYBRID_API hybrid {
 
@@ -81,43 +79,24 @@ class CloudClosureSearch {
   ProposedCount proposed(std::size_t clouds) const;
 
  private:
-  /// A complete local map of this drive, or a stored cloud, by its number.
-  struct TargetName {
-    bool is_stored = false;
-    std::size_t number = 0;
-    bool operator<(const TargetName& b) const {
-      return std::make_pair(is_stored, number) < std::make_pair(b.is_stored, b.number);
-    }
-  };
-  struct KeptTarget {
-    CloudTarget target;
-    std::size_t used = 0;  // the search that used it last
-  };
   struct Query;
 
-  std::vector<TargetName> candidates(const CloudTracker& tracker, const Poses& poses) const;
-  std::vector<TargetName> stored_candidates(const Eigen::Vector3d& here, double reach) const;
-  const CloudTarget& target(const TargetName& name, const std::vector<CloudPoint>& points,
-                            double spacing, const SE3& T_map_anchor);
-  CloudMatchOptions match_options(double reach) const;
+  std::vector<std::size_t> candidates(const CloudTracker& tracker, const Poses& poses) const;
+  std::vector<std::size_t> stored_candidates(const Eigen::Vector3d& here, double reach) const;
   Query present_query(const CloudTracker& tracker, const Relation& relation) const;
-  void look_at_local_map(const Query& query, const LocalCloud& map, const TargetName& name,
-                         const Poses& poses, const Relation& relation,
-                         std::vector<CloudClosure>& closures);
+  void look(const Query& query, const PlaceName& name, const SE3& T_map_anchor,
+            const UncertainMotion3& predicted, std::vector<CloudClosure>& closures);
   void look_at_proposed(const CloudTracker& tracker, const Poses& poses, const Relation& relation,
                         std::vector<CloudClosure>& closures);
-  void try_proposed(const Query& query, const ProposedClosure& proposed, const LocalCloud& map,
-                    const TargetName& name, const Poses& poses, const Relation& relation,
-                    std::vector<SE3>& seen, std::vector<CloudClosure>& closures);
+  void try_proposed(const Query& query, const ProposedClosure& proposed, std::size_t map,
+                    const Poses& poses, const Relation& relation, std::vector<SE3>& seen,
+                    std::vector<CloudClosure>& closures);
   std::optional<std::size_t> map_of_proposed(std::size_t cloud, const CloudTracker& tracker);
-  void look_at_stored(const Query& query, const TargetName& name, const Relation& relation,
-                      std::vector<CloudClosure>& closures);
 
   CloudClosureOptions options_;
   ProposedCount count_;  // but for absent ones
   double next_ = 0;      // way at which to search again [m]
-  std::map<TargetName, KeptTarget> targets_;
-  std::size_t searches_ = 0;
+  KeptTargets<CloudTarget> targets_;
   std::vector<StoredCloud> stored_;
   std::vector<std::vector<CloudPoint>> samples_;  // of each of these, in the map
 };

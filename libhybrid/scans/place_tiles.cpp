@@ -78,7 +78,7 @@ PlaceTiles::PlaceTiles(std::vector<StoredScans> stored, double map_length)
   const auto is_empty = [](const StoredScans& scans) { return scans.points.empty(); };
   stored_.erase(std::remove_if(stored_.begin(), stored_.end(), is_empty), stored_.end());
   for (const StoredScans& scans : stored_) {
-    const Eigen::Vector2d middle = scans.T_map_anchor * middle_of(scans.points);
+    const Eigen::Vector2d middle = scans.T_map_anchor.motion * middle_of(scans.points);
     middles_.push_back(middle);
     for (int x = square(middle.x() - map_length); x <= square(middle.x() + map_length); ++x) {
       for (int y = square(middle.y() - map_length); y <= square(middle.y() + map_length); ++y) {
@@ -88,7 +88,7 @@ PlaceTiles::PlaceTiles(std::vector<StoredScans> stored, double map_length)
   }
   for (std::size_t m = 0; m < stored_.size(); ++m) {
     for (const SurfacePoint& point : stored_[m].points) {
-      draw(stored_[m].T_map_anchor * point.position, m);
+      draw(stored_[m].T_map_anchor.motion * point.position, m);
     }
   }
 }
@@ -130,7 +130,7 @@ const MatchTarget& PlaceTiles::fine(const Name& name) {
   std::vector<SurfacePoint> points;
   for (const std::size_t m : tile.shows) {
     for (SurfacePoint& point :
-         transformed(T_tile_map * stored_[m].T_map_anchor, stored_[m].points)) {
+         transformed(T_tile_map * stored_[m].T_map_anchor.motion, stored_[m].points)) {
       if (point.position.cwiseAbs().maxCoeff() < 0.5 * kWidth + kView) points.push_back(point);
     }
   }

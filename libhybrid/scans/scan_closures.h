@@ -5,13 +5,11 @@
 
 #include <cstddef>
 #include <functional>
-#include <map>
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
-#include "libhybrid/online/closure_graph.h"
+#include "libhybrid/online/place_search.h"
 #include "libhybrid/scans/scan_match.h"
 #include "libhybrid/scans/scan_tracker.h"
 
@@ -29,8 +27,7 @@ struct ScanClosureOptions {
 
 /// What scans saw along a stretch of an earlier drive, in the frame of its first keyframe.
 struct StoredScans {
-  SE2 T_map_anchor;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of that, in its tangent
+  UncertainMotion T_map_anchor;
   std::vector<SurfacePoint> points;
 };
 
@@ -46,7 +43,7 @@ class ScanClosureSearch {
   /// Estimate of the pose of keyframe b in the frame of a.
   using Relation = std::function<UncertainMotion(std::size_t a, std::size_t b)>;
 
-  explicit ScanClosureSearch(const ScanClosureOptions& options = {}) : options_(options) {}
+  explicit ScanClosureSearch(const ScanClosureOptions& options = {});
 
   /// Scans of earlier drives to search, too, in the frame of the estimates.
   void store(std::vector<StoredScans> scans) { stored_ = std::move(scans); }
@@ -61,41 +58,21 @@ class ScanClosureSearch {
                                   const Relation& relation, const Relation& stored = {});
 
  private:
-  struct Candidate {
-    std::size_t map = 0;
-    double distance = 0.0;
-  };
-  std::vector<Candidate> candidates(const ScanTracker& tracker, const Poses& poses) const;
-  std::vector<Candidate> stored_candidates(const SE2& here) const;
-  /// A local map of this drive, or stored scans, by its number.
-  struct TargetName {
-    bool is_stored = false;
-    std::size_t number = 0;
-    bool operator<(const TargetName& b) const {
-      return std::make_pair(is_stored, number) < std::make_pair(b.is_stored, b.number);
-    }
-  };
-  const MatchTarget& target(const ScanTracker& tracker, const TargetName& name);
+  /// Distances from a place [m], and numbers, the nearest first.
+  using Near = std::vector<std::pair<double, std::size_t>>;
   /// The last metres of the way, which are matched jointly.
-  struct Stretch {
-    std::vector<SurfacePoint> points;                ///< in the frame of the last keyframe
-    double way = 0.0;                                ///< [m]
-    Eigen::Matrix3d walk = Eigen::Matrix3d::Zero();  ///< covariance of the motion along it
-    double shared = 1.0;                             ///< number of searches that share its points
-    void widen(double from_anchor, Eigen::Matrix3d& covariance) const;
+  struct Stretch : PathEnd<SE2> {
+    std::vector<SurfacePoint> points;  ///< in the frame of the last keyframe
   };
+  Near stored_near(const Eigen::Vector2d& here) const;
+  const MatchTarget& target(const ScanTracker& tracker, const PlaceName& name);
   Stretch present_stretch(const ScanTracker& tracker, const Relation& relation) const;
-  bool look(const ScanTracker& tracker, const Candidate& candidate, const TargetName& name,
+  bool look(const ScanTracker& tracker, const PlaceName& name, double distance,
             const Relation& relation, const Stretch& stretch, std::vector<ScanClosure>& closures);
 
   ScanClosureOptions options_;
   double next_ = 0.0;  // way at which to search again
-  struct KeptTarget {
-    std::shared_ptr<const MatchTarget> target;
-    std::size_t used = 0;  // the search that used it last
-  };
-  std::map<TargetName, KeptTarget> targets_;
-  std::size_t searches_ = 0;
+  KeptTargets<MatchTarget> targets_;
   std::vector<StoredScans> stored_;
 };
 

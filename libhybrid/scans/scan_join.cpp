@@ -62,17 +62,9 @@ std::string doubt_of(const ScanPlaceSearch& search, const ScanPlaceOptions& opti
 std::vector<StoredPlace<SE2>> places_of(const std::vector<StoredScans>& stored) {
   std::vector<StoredPlace<SE2>> out;
   for (const StoredScans& scans : stored) {
-    out.push_back(
-        {{scans.T_map_anchor, scans.covariance}, mean_of(scans.points), scans.points.empty()});
+    out.push_back({scans.T_map_anchor, mean_of(scans.points), scans.points.empty()});
   }
   return out;
-}
-
-void place_at(const std::vector<UncertainMotion>& places, std::vector<StoredScans>& stored) {
-  for (std::size_t i = 0; i < stored.size(); ++i) {
-    stored[i].T_map_anchor = places[i].motion;
-    stored[i].covariance = places[i].covariance;
-  }
 }
 
 /// Matches of the scans of both maps, those near a place of the second first.
@@ -110,8 +102,7 @@ std::vector<StoredScans> stored_scans(const MapRecord& map) {
   std::vector<StoredScans> out;
   for (const MapLocalMap& local : map.local_maps) {
     StoredScans scans;
-    scans.T_map_anchor = SE2(local.pose.x(), local.pose.y(), local.pose.z());
-    scans.covariance = local.covariance;
+    scans.T_map_anchor = {SE2(local.pose.x(), local.pose.y(), local.pose.z()), local.covariance};
     for (const MapSurface& surface : local.surfaces) {
       SurfacePoint point;
       point.position = surface.position;
@@ -136,7 +127,7 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
   for (std::size_t k = 0; k < second.size() && found == nullptr; k += step) {
     const SE2 T_anchor_middle(mean_of(second[k].points), SO2());
     found = search.look(transformed(T_anchor_middle.inverse(), second[k].points),
-                        second[k].T_map_anchor * T_anchor_middle);
+                        second[k].T_map_anchor.motion * T_anchor_middle);
   }
   if (found == nullptr) {
     out.why = doubt_of(search, options);
@@ -154,10 +145,8 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
     return out;
   }
   out.T_first_second = graph.motion();
-  out.first = first;
-  out.second = second;
-  place_at(graph.first(), out.first);
-  place_at(graph.second(), out.second);
+  out.first = graph.first();
+  out.second = graph.second();
   return out;
 }
 
@@ -186,10 +175,10 @@ std::optional<JoinedMaps> join_maps_by_scans(const MapRecord& first, const MapRe
                                 join.T_first_second.covariance);
   out.scan_matches = join.accepted;
   out.log_odds = join.log_odds;
-  std::vector<StoredScans> all = join.first;
+  std::vector<UncertainMotion> all = join.first;
   all.insert(all.end(), join.second.begin(), join.second.end());
   for (std::size_t m = 0; m < all.size(); ++m) {
-    const SE2& pose = all[m].T_map_anchor;
+    const SE2& pose = all[m].motion;
     out.map.local_maps[m].pose << pose.x(), pose.y(), pose.angle();
     out.map.local_maps[m].covariance = all[m].covariance;
   }

@@ -14,7 +14,7 @@ ScanMapper::ScanMapper(const ScanMapperOptions& options)
 
 void ScanMapper::adopt(std::vector<StoredScans> stored, const UncertainMotion& start) {
   std::vector<UncertainMotion> places;
-  for (const StoredScans& scans : stored) places.push_back({scans.T_map_anchor, scans.covariance});
+  for (const StoredScans& scans : stored) places.push_back(scans.T_map_anchor);
   graph_.adopt(std::move(places), start);
   search_.store(std::move(stored));
 }

@@ -99,9 +99,10 @@ UncertainMotion with_map(const PlaceTiles& tiles, const SE2& pose,
   const auto nearest =
       std::min_element(middles.begin(), middles.end(),
                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-  const StoredScans& scans = tiles.stored()[std::size_t(nearest - middles.begin())];
-  const Eigen::Matrix3d Ad = scans.T_map_anchor.between(pose).inverse().adjoint();
-  return {pose, covariance + Ad * scans.covariance * Ad.transpose()};
+  const UncertainMotion& anchor =
+      tiles.stored()[std::size_t(nearest - middles.begin())].T_map_anchor;
+  const Eigen::Matrix3d Ad = anchor.motion.between(pose).inverse().adjoint();
+  return {pose, covariance + Ad * anchor.covariance * Ad.transpose()};
 }
 
 }  // namespace

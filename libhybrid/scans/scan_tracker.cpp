@@ -102,7 +102,7 @@ double ScanTracker::share_in_view(const std::vector<SurfacePoint>& points, const
     unseen.push_back(pose * points[i * points.size() / used].position);
   }
   const auto share = [&] { return 1.0 - double(unseen.size()) / double(used); };
-  for (std::size_t k = map.count; k-- > 0 && share() < kDoubtful;) {
+  for (std::size_t k = map.poses.size(); k-- > 0 && share() < kDoubtful;) {
     const ScanView& view = keyframes_[map.anchor + k].view;
     const SE2 back = map.poses[k].inverse();
     unseen.erase(std::remove_if(unseen.begin(), unseen.end(),
@@ -164,7 +164,7 @@ bool ScanTracker::is_due(const SE2& from_last, double inliers, KeyframeRule rule
 
 std::vector<SurfacePoint> ScanTracker::points(const LocalMap& map) const {
   std::vector<SurfacePoint> points;
-  for (std::size_t i = 0; i < map.count; ++i) {
+  for (std::size_t i = 0; i < map.poses.size(); ++i) {
     const std::vector<SurfacePoint> seen =
         transformed(map.poses[i], keyframes_[map.anchor + i].points);
     points.insert(points.end(), seen.begin(), seen.end());
@@ -174,7 +174,7 @@ std::vector<SurfacePoint> ScanTracker::points(const LocalMap& map) const {
 
 ScanTracker::Mark ScanTracker::mark() const {
   if (maps_.empty()) return {*this, 0, 0};
-  return {*this, keyframes_.size(), maps_.size(), maps_.back().count, maps_.back().is_blind};
+  return {*this, keyframes_.size(), maps_.size(), maps_.back().poses.size(), maps_.back().is_blind};
 }
 
 void ScanTracker::roll_back(const Mark& mark) {
@@ -182,7 +182,6 @@ void ScanTracker::roll_back(const Mark& mark) {
   keyframes_.resize(mark.keyframes);
   maps_.resize(mark.maps);
   if (maps_.empty()) return;
-  maps_.back().count = mark.count;
   maps_.back().poses.resize(mark.count);
   maps_.back().is_blind = mark.is_blind;
 }
@@ -190,7 +189,6 @@ void ScanTracker::roll_back(const Mark& mark) {
 void ScanTracker::add_to_map(std::size_t keyframe, const SE2& pose) {
   LocalMap& map = maps_.back();
   map.poses.push_back(pose);
-  ++map.count;
   map.is_blind = map.is_blind && keyframes_[keyframe].points.size() < kFewPoints;
 }
 
@@ -199,14 +197,14 @@ void ScanTracker::begin_map() {
   const LocalMap before = maps_.back();
   const double middle = keyframes_.back().travelled - 0.5 * options_.map_length;
   std::size_t k = 1;
-  while (k + 1 < before.count && (keyframes_[before.anchor + k].travelled < middle ||
-                                  before.count - k > options_.map_keyframes / 2)) {
+  while (k + 1 < before.poses.size() && (keyframes_[before.anchor + k].travelled < middle ||
+                                         before.poses.size() - k > options_.map_keyframes / 2)) {
     ++k;
   }
   const SE2 anchor = before.poses[k];
   maps_.push_back({});
   maps_.back().anchor = before.anchor + k;
-  for (std::size_t i = k; i < before.count; ++i) {
+  for (std::size_t i = k; i < before.poses.size(); ++i) {
     add_to_map(before.anchor + i, anchor.between(before.poses[i]));
   }
   pose_ = anchor.between(pose_);
@@ -229,8 +227,8 @@ void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE
   }
   add_to_map(keyframes_.size() - 1, pose_);
   const LocalMap& map = maps_.back();
-  if (map.count > 2 && (travelled - keyframes_[map.anchor].travelled > options_.map_length ||
-                        map.count > options_.map_keyframes)) {
+  if (map.poses.size() > 2 && (travelled - keyframes_[map.anchor].travelled > options_.map_length ||
+                               map.poses.size() > options_.map_keyframes)) {
     begin_map();
   }
   surfaces_ = std::make_shared<SurfaceMap>(this->points(maps_.back()));
@@ -261,7 +259,7 @@ KeyframeMotion ScanTracker::odometry_motion(const TrackedScan& scan) const {
 /// to the keyframes that saw what it sees, not to the anchor; one that saw a wall alone is no link.
 std::size_t ScanTracker::reference(const SE2& pose, const Eigen::Matrix3d& covariance) const {
   const LocalMap& map = maps_.back();
-  for (std::size_t k = map.count; k-- > 1;) {
+  for (std::size_t k = map.poses.size(); k-- > 1;) {
     const SE2 turn(0.0, 0.0, pose.between(map.poses[k]).angle());
     const Eigen::Matrix3d Ad = turn.adjoint();
     const Eigen::Matrix3d known = Ad * keyframes_[map.anchor + k].covariance * Ad.transpose();

@@ -38,8 +38,7 @@ struct ScanKeyframe {
 /// A stretch of keyframes in the frame of its first one, the anchor.
 struct LocalMap {
   std::size_t anchor = 0;
-  std::size_t count = 0;   ///< of keyframes, from the anchor on
-  std::vector<SE2> poses;  ///< of these, in the frame of the anchor
+  std::vector<SE2> poses;  ///< of the keyframes from the anchor on, in the frame of that
   bool is_blind = true;    ///< none of them has more than a few points
 };
 

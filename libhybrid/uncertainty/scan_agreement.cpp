@@ -63,8 +63,8 @@ std::vector<SurfacePlace> surfaces_of(const std::vector<StoredScans>& map) {
   for (const StoredScans& stored : map) {
     for (const SurfacePoint& point : stored.points) {
       if (!point.has_normal() || point.position.norm() > kReach) continue;
-      const Eigen::Vector2d seen = stored.T_map_anchor.rotation() * -point.normal;
-      all.push_back({stored.T_map_anchor * point.position, std::atan2(seen.y(), seen.x())});
+      const Eigen::Vector2d seen = stored.T_map_anchor.motion.rotation() * -point.normal;
+      all.push_back({stored.T_map_anchor.motion * point.position, std::atan2(seen.y(), seen.x())});
     }
   }
   std::vector<SurfacePlace> out;

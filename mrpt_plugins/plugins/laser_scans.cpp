@@ -62,8 +62,7 @@ ContinuousFactorPtr factor_in_plane(Key from, Key to, const UncertainMotion& mea
 std::vector<StoredScans> places_of(const ScanMapper& mapper) {
   std::vector<StoredScans> out;
   for (LocalScans& scans : local_scans(mapper.tracker())) {
-    const UncertainMotion anchor = mapper.relation(0, scans.anchor);
-    out.push_back({anchor.motion, anchor.covariance, std::move(scans.points)});
+    out.push_back({mapper.relation(0, scans.anchor), std::move(scans.points)});
   }
   return out;
 }
@@ -176,8 +175,8 @@ void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, st
 /// Where stored scans say that a keyframe is.
 void LaserScans::add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
                            Contribution& out) const {
-  const StoredScans& scans = robot.mapper.stored()[closure.from];
-  const Key place = insert_place<SE2>(closure, {scans.T_map_anchor, scans.covariance}, map, out);
+  const UncertainMotion& anchor = robot.mapper.stored()[closure.from].T_map_anchor;
+  const Key place = insert_place(closure, anchor, map, out);
   out.delta.continuous.push_back(factor_in_plane(place, robot.keys[closure.to], closure.pose));
 }
 

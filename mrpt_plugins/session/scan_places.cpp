@@ -9,7 +9,6 @@
 
 #include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/online/closure_graph.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
@@ -49,22 +48,6 @@ Matrix6d spatial_covariance(const Eigen::MatrixXd& covariance) {
   Eigen::Matrix<double, 6, 1> sigmas;
   sigmas << Eigen::Vector3d::Constant(kUnknownPlace), Eigen::Vector3d::Constant(kUnknownTurn);
   return sigmas.cwiseAbs2().asDiagonal();
-}
-
-std::vector<StoredScans> found_scans(const MapRecord& map, const Values& values) {
-  std::vector<StoredScans> out = stored_scans(map);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (values.contains(place_key(i))) out[i].T_map_anchor = values.at<SE2>(place_key(i));
-  }
-  return out;
-}
-
-std::vector<StoredCloud> found_clouds(const MapRecord& map, const Values& values) {
-  std::vector<StoredCloud> out = stored_clouds(map);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (values.contains(place_key(i))) out[i].T_map_anchor.motion = values.at<SE3>(place_key(i));
-  }
-  return out;
 }
 
 void adopt_places(const Plugins& plugins, const MapRecord& map,

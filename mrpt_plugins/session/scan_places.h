@@ -6,10 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "libhybrid/clouds/cloud_closures.h"
-#include "libhybrid/core/values.h"
 #include "libhybrid/maps/map_record.h"
-#include "libhybrid/scans/scan_closures.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/settings/replay_settings.h"
@@ -31,11 +28,6 @@ Matrix6d spatial_covariance(const Eigen::MatrixXd& covariance);
 /// robots are in, which is of their kind.
 void adopt_places(const Plugins& plugins, const MapRecord& map,
                   const std::vector<RobotSettings>& robots);
-
-/// The scans and clouds of a map, each where the session has found it: those that were matched are
-/// variables of its graph, within what the map says of their errors.
-std::vector<StoredScans> found_scans(const MapRecord& map, const Values& values);
-std::vector<StoredCloud> found_clouds(const MapRecord& map, const Values& values);
 
 /// What laser scans and clouds saw, for a map file; the session is left at 0.
 struct SeenPlaces {

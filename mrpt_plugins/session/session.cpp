@@ -3,13 +3,32 @@
 
 #include "mrpt_plugins/session/session.h"
 
+#include <type_traits>
+
+#include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/online/closure_graph.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/standard_input.h"
 #include "mrpt_plugins/session/detail/open_logs.h"
 
 namespace hybrid {
+namespace {
+
+/// The scans or clouds of a map, each where the session has found it: those that were matched are
+/// variables of its graph, within what the map says of their errors.
+template <class Stored>
+std::vector<Stored> found_by(const Values& values, std::vector<Stored> stored) {
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    auto& pose = stored[i].T_map_anchor.motion;
+    if (values.contains(place_key(i))) pose = values.at<std::decay_t<decltype(pose)>>(place_key(i));
+  }
+  return stored;
+}
+
+}  // namespace
 
 Session::Session(const ReplayRequest& request, ReplaySettings& settings,
                  const std::function<Provenance()>& provenance, const std::string& doubt)
@@ -87,8 +106,9 @@ Agreement Session::agreement(const std::vector<PlacedScan>& scans,
                              const std::vector<PlacedCloud>& clouds, double reach) const {
   const MapRecord& map = known();
   const Values& values = mapper_->backend().values();
-  if (has_planar_scans(map)) return agreement_with_map(scans, found_scans(map, values));
-  if (has_clouds(map)) return agreement_with_map(clouds, reach, found_clouds(map, values));
+  if (has_planar_scans(map)) return agreement_with_map(scans, found_by(values, stored_scans(map)));
+  if (has_clouds(map))
+    return agreement_with_map(clouds, reach, found_by(values, stored_clouds(map)));
   return {};
 }
 

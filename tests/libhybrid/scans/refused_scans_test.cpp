@@ -38,9 +38,10 @@ TEST(RefusedScans, KeyframesThatThrowAreLeftOut) {
   for (; first.goes_on(); first.go_on()) first.add_to(known);
   std::vector<StoredScans> stored;
   for (const LocalScans& scans : local_scans(known.tracker())) {
-    stored.push_back({known.pose(scans.anchor), 1e-3 * Eigen::Matrix3d::Identity(), scans.points});
+    stored.push_back(
+        {{known.pose(scans.anchor), 1e-3 * Eigen::Matrix3d::Identity()}, scans.points});
   }
-  for (std::size_t i = 0; i < stored.size(); i += 4) stored[i].covariance.setZero();
+  for (std::size_t i = 0; i < stored.size(); i += 4) stored[i].T_map_anchor.covariance.setZero();
   ScanMapper mapper;
   mapper.adopt(stored, {SE2(), 1e-4 * Eigen::Matrix3d::Identity()});
   Rounds second;

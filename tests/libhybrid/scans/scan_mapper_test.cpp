@@ -115,8 +115,8 @@ TEST(ScanMapper, NeitherADriveNorALaterOneInItsMapIsTooSure) {
     EXPECT_LT(nees(first, drive_around(first, sigma, random)), 2.0);
     std::vector<StoredScans> stored;
     for (const LocalScans& scans : local_scans(first.tracker())) {
-      stored.push_back({first.pose(scans.anchor),
-                        first.selection().smoother().joint_covariance({Key('x', scans.anchor)}),
+      stored.push_back({{first.pose(scans.anchor),
+                         first.selection().smoother().joint_covariance({Key('x', scans.anchor)})},
                         scans.points});
     }
     ScanMapper second;

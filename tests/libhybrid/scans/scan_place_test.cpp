@@ -31,7 +31,7 @@ std::vector<StoredScans> stored(const ScanMapper& mapper, const SE2& T) {
   std::vector<StoredScans> out;
   for (const LocalScans& local : local_scans(mapper.tracker())) {
     out.push_back(
-        {T * mapper.pose(local.anchor), 1e-4 * Eigen::Matrix3d::Identity(), local.points});
+        {{T * mapper.pose(local.anchor), 1e-4 * Eigen::Matrix3d::Identity()}, local.points});
   }
   return out;
 }
@@ -246,8 +246,8 @@ TEST(JoinScans, FindsHowTwoMapsLieToEachOther) {
   ASSERT_EQ(join.first.size(), drives.a.size());
   ASSERT_EQ(join.second.size(), drives.b.size());
   for (std::size_t k = 0; k < drives.b.size(); ++k) {
-    const SE2 truth = drives.T_first_second * drives.b[k].T_map_anchor;
-    const SE2 off = truth.between(join.second[k].T_map_anchor);
+    const SE2 truth = drives.T_first_second * drives.b[k].T_map_anchor.motion;
+    const SE2 off = truth.between(join.second[k].motion);
     EXPECT_LT(off.translation().norm(), 0.3) << k;
     EXPECT_LT(std::abs(off.angle()), 0.03) << k;
     EXPECT_GT(join.second[k].covariance.trace(), 1e-6);
@@ -283,7 +283,7 @@ TEST(JoinScans, OneOfTwoEqualPlacesIsNotTaken) {
   const TwoDrives drives;
   std::vector<StoredScans> both = drives.a;
   for (StoredScans scans : drives.a) {
-    scans.T_map_anchor = SE2(100, 0, 0) * scans.T_map_anchor;
+    scans.T_map_anchor.motion = SE2(100, 0, 0) * scans.T_map_anchor.motion;
     both.push_back(scans);
   }
   const ScanJoin join = join_scans(both, drives.b, {});

@@ -265,7 +265,7 @@ TEST(AgreementOverTime, OfScansIsOneForTheRightPathAndFallsWithItsError) {
 /// 10 cm; moved by a motion.
 std::vector<StoredScans> room_map(const SE2& moved_by, double block_from = -4) {
   StoredScans out;
-  out.T_map_anchor = moved_by;
+  out.T_map_anchor.motion = moved_by;
   for (const double half : {12.0, 4.0}) {
     for (double along = -half; along <= half; along += 0.1) {
       if (half < 5 && along < block_from) continue;
