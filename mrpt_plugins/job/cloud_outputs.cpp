@@ -31,7 +31,7 @@ void add_clouds(const std::vector<std::shared_ptr<MappingPlugin>>& plugins, cons
                 MapResult& result) {
   const CloudFollower* follower = cloud_follower_of(plugins);
   if (follower == nullptr) return;
-  for (const MeasuredCloudClosure& closure : follower->cloud_closures()) {
+  for (const MeasuredClosure<SE3>& closure : follower->cloud_closures()) {
     result.scan_closures.push_back(closure);
   }
   auto cloud = std::make_shared<const std::vector<CloudPoint>>(
@@ -52,7 +52,7 @@ void write_clouds(const OutputDirectory& out,
                   const MapResult& result, const Mapper& mapper) {
   const CloudFollower* follower = cloud_follower_of(plugins);
   if (follower == nullptr) return;
-  const std::vector<MeasuredCloudClosure> closures = follower->cloud_closures();
+  const std::vector<MeasuredClosure<SE3>> closures = follower->cloud_closures();
   if (!closures.empty()) out.write("cloud_loops.csv", cloud_closures_csv(closures));
   if (!result.cloud) return;
   out.write("cloud.ply", cloud_ply(*result.cloud));

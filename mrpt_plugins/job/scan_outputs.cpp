@@ -85,9 +85,9 @@ Keyframe placed_by_scans(Keyframe keyframe, const ScanMotion& motion, std::optio
   return keyframe;
 }
 
-std::string closures_csv(const std::vector<MeasuredClosure>& closures) {
+std::string closures_csv(const std::vector<MeasuredClosure<SE2>>& closures) {
   std::string text = fmt::format("i,j,{},inliers,modes,x,y,yaw\n", kDecisionColumns);
-  for (const MeasuredClosure& c : closures) {
+  for (const MeasuredClosure<SE2>& c : closures) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", c.from, c.to,
                    decision_cells(c.decision), c.inliers, c.modes, c.T_from_to.x(), c.T_from_to.y(),
                    c.T_from_to.angle());
@@ -133,7 +133,7 @@ void ScanOutputs::finish(const LogMerge& source, MapResult& result) {
   for (const auto& plugin : plugins_) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     if (follower == nullptr) continue;
-    for (const MeasuredClosure& closure : follower->scan_closures()) {
+    for (const MeasuredClosure<SE2>& closure : follower->scan_closures()) {
       closures_.push_back(closure);
       result.scan_closures.push_back(closure);
     }

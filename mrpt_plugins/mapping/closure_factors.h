@@ -12,6 +12,7 @@
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/online/closure_graph.h"
 #include "libhybrid/online/join_graph.h"
+#include "mrpt_plugins/mapping/map_result.h"
 
 namespace HYBRID_API hybrid {
 
@@ -56,6 +57,57 @@ std::size_t tie_robots(const Robots& robots, const MapView& map, const Places& p
     }
   }
   return count;
+}
+
+/// Closures so far of the robots of a plugin, which have `factors`, too, between keyframes of the
+/// map, with the present decisions.
+template <class Pose, class Robots>
+std::vector<MeasuredClosure<Pose>> measured_closures(const Robots& robots) {
+  std::vector<MeasuredClosure<Pose>> out;
+  for (const auto& [number, robot] : robots) {
+    std::vector<ClosureDecision> decisions = robot.mapper.decisions();
+    for (std::size_t k = 0; k < decisions.size(); ++k) {
+      const PlaceClosure<Pose>& closure = robot.mapper.closures()[k];
+      if (closure.is_known) continue;
+      if (decisions[k].accepted() && !robot.factors.has(k)) {
+        decisions[k].status = ClosureStatus::kUndecided;
+      }
+      out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
+                      static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
+                      closure.inliers, closure.modes},
+                     closure.pose.motion});
+    }
+  }
+  return out;
+}
+
+/// Closures of a robot that its mapper has accepted since the last time come in, where the map has
+/// their keyframes; those that it no longer accepts go out. `newest`: the keyframe that comes with
+/// the contribution, if one does.
+template <class Robot, class Factor>
+void follow_closures(Robot& robot, std::optional<Key> newest, const MapView& map,
+                     const Factor& factor, Contribution& out) {
+  std::vector<bool> accepted(robot.mapper.closures().size());
+  for (std::size_t k = 0; k < accepted.size(); ++k) {
+    accepted[k] = robot.mapper.status(k) == ClosureStatus::kAccepted;
+  }
+  const auto add = [&](std::size_t k, Contribution& to) {
+    const auto& closure = robot.mapper.closures()[k];
+    const Key later = robot.keys[closure.to];
+    if (later != newest && !map.holds(later)) return false;
+    Key from = place_key(closure.from);
+    if (closure.is_known) {
+      const auto& anchor = robot.mapper.stored()[closure.from].T_map_anchor;
+      if (map.is_3d != (anchor.motion.kDim == SE3::kDim)) return false;
+      insert_place(closure, anchor, map, to);
+    } else {
+      from = robot.keys[closure.from];
+      if (!map.holds(from)) return false;
+    }
+    to.delta.continuous.push_back(factor(from, later, closure.pose));
+    return true;
+  };
+  robot.factors.follow(accepted, add, map.keeps_all, out);
 }
 
 /// Which closures of a front end, which decides about them by itself, are factors of the map: those

@@ -13,11 +13,6 @@
 
 namespace HYBRID_API hybrid {
 
-/// A closure with the pose that was measured.
-struct MeasuredCloudClosure : ScanClosureEstimate {
-  SE3 T_from_to;
-};
-
 /// What clouds have seen along a stretch of the path.
 struct LocalView {
   std::size_t anchor = 0;          ///< place in MapResult::trajectory
@@ -36,7 +31,7 @@ class CloudFollower {
   /// The map by the clouds of a robot alone, in a frame of its own; null before its first frame.
   virtual const CloudMapper* cloud_mapper(std::size_t robot) const = 0;
   /// Closures so far between keyframes of the map, with the present decisions.
-  virtual std::vector<MeasuredCloudClosure> cloud_closures() const = 0;
+  virtual std::vector<MeasuredClosure<SE3>> cloud_closures() const = 0;
   /// What the clouds of all robots saw.
   virtual std::vector<LocalView> local_views() const = 0;
 };

@@ -84,6 +84,12 @@ struct ScanClosureEstimate {
   int modes = 1;         ///< poses that the same search found
 };
 
+/// The same with the pose that was measured.
+template <class Pose>
+struct MeasuredClosure : ScanClosureEstimate {
+  Pose T_from_to;
+};
+
 enum class FixMode { kGood, kBiased, kFalse };
 
 /// One fix of a satellite receiver.

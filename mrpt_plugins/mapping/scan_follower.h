@@ -23,11 +23,6 @@ struct ScanMotion {
   std::optional<UncertainMotion> odometry;
 };
 
-/// A closure with the pose that was measured.
-struct MeasuredClosure : ScanClosureEstimate {
-  SE2 T_from_to;
-};
-
 /// What a mapping plugin is besides that follows robots by their scans. Keyframes with scans stay
 /// in the graph of a bounded window: it may tie any of them to later ones, or set it free again.
 class ScanFollower {
@@ -47,7 +42,7 @@ class ScanFollower {
   /// What the scans of all robots saw, by local maps; anchors are places in MapResult::trajectory.
   virtual std::vector<LocalScans> local_scans() const = 0;
   /// Closures so far between keyframes of the map, with the present decisions.
-  virtual std::vector<MeasuredClosure> scan_closures() const = 0;
+  virtual std::vector<MeasuredClosure<SE2>> scan_closures() const = 0;
 };
 
 }  // namespace hybrid

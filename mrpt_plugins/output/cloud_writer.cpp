@@ -78,9 +78,9 @@ GridMap cloud_grid(const std::vector<CloudPoint>& points) {
   return out;
 }
 
-std::string cloud_closures_csv(const std::vector<MeasuredCloudClosure>& closures) {
+std::string cloud_closures_csv(const std::vector<MeasuredClosure<SE3>>& closures) {
   std::string out = fmt::format("i,j,{},inliers,modes,x,y,z,yaw,pitch,roll\n", kDecisionColumns);
-  for (const MeasuredCloudClosure& c : closures) {
+  for (const MeasuredClosure<SE3>& c : closures) {
     const Eigen::Vector3d t = c.T_from_to.translation();
     const Eigen::Matrix3d R = c.T_from_to.rotation().matrix();
     const double pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));

@@ -22,6 +22,6 @@ GridMap cloud_grid(const std::vector<CloudPoint>& points);
 
 /// A row per closure: keyframes i and j, its decision, and the pose of j in the frame of i
 /// [m, rad].
-std::string cloud_closures_csv(const std::vector<MeasuredCloudClosure>& closures);
+std::string cloud_closures_csv(const std::vector<MeasuredClosure<SE3>>& closures);
 
 }  // namespace hybrid

@@ -58,6 +58,10 @@ ContinuousFactorPtr factor_in_plane(Key from, Key to, const UncertainMotion& mea
                                       Noise::covariance(measured.covariance));
 }
 
+ContinuousFactorPtr factor_by_scans(Key from, Key to, const UncertainMotion& measured, bool is_3d) {
+  return is_3d ? factor_in_space(from, to, measured) : factor_in_plane(from, to, measured);
+}
+
 /// What a robot has seen, in the frame of its first keyframe.
 std::vector<StoredScans> places_of(const ScanMapper& mapper) {
   std::vector<StoredScans> out;
@@ -161,50 +165,12 @@ ScanMotion LaserScans::motion_by(const Robot& robot, const TrackedScan& tracked,
   return out;
 }
 
-void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, std::size_t to,
-                            const MapView& map, Contribution& out) const {
-  const UncertainMotion& measured = motion.measured;
-  const Key from = robot.keys[motion.from];
-  if (map.is_3d) {
-    out.delta.continuous.push_back(factor_in_space(from, robot.keys[to], measured));
-  } else {
-    out.delta.continuous.push_back(factor_in_plane(from, robot.keys[to], measured));
-  }
-}
-
-/// Where stored scans say that a keyframe is.
-void LaserScans::add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
-                           Contribution& out) const {
-  const UncertainMotion& anchor = robot.mapper.stored()[closure.from].T_map_anchor;
-  const Key place = insert_place(closure, anchor, map, out);
-  out.delta.continuous.push_back(factor_in_plane(place, robot.keys[closure.to], closure.pose));
-}
-
-/// Adds the factor of a closure, where the map has its keyframes.
-bool LaserScans::add_closure(const Robot& robot, std::size_t k, const MapView& map,
-                             Contribution& out) const {
-  const ScanClosure& closure = robot.mapper.closures()[k];
-  const Key to = robot.keys[closure.to];
-  const bool is_newest = !concluded_ && to == robot.keys.back();
-  if (!is_newest && !map.holds(to)) return false;
-  if (closure.is_known) {
-    if (map.is_3d) return false;
-    add_place(robot, closure, map, out);
-    return true;
-  }
-  if (!map.holds(robot.keys[closure.from])) return false;
-  add_factor(robot, {closure.from, closure.pose, closure.inliers}, closure.to, map, out);
-  return true;
-}
-
-/// Closures accepted since the last time come in, those no longer accepted go out.
 void LaserScans::follow_closures(Robot& robot, const MapView& map, Contribution& out) const {
-  std::vector<bool> accepted(robot.mapper.closures().size());
-  for (std::size_t k = 0; k < accepted.size(); ++k) {
-    accepted[k] = robot.mapper.status(k) == ClosureStatus::kAccepted;
-  }
-  const auto add = [&](std::size_t k, Contribution& to) { return add_closure(robot, k, map, to); };
-  robot.factors.follow(accepted, add, map.keeps_all, out);
+  const auto factor = [&](Key from, Key to, const UncertainMotion& measured) {
+    return factor_by_scans(from, to, measured, map.is_3d);
+  };
+  hybrid::follow_closures(robot, concluded_ ? std::nullopt : std::optional(robot.keys.back()), map,
+                          factor, out);
 }
 
 void LaserScans::expect(std::size_t robot, bool has_odometry) {
@@ -240,7 +206,8 @@ Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
   robot.is_next = true;
   robot.lost_odometry = false;
   if (tracked.match && map.holds(robot.keys[tracked.match->from])) {
-    add_factor(robot, *tracked.match, tracked.keyframe, map, out);
+    out.delta.continuous.push_back(factor_by_scans(robot.keys[tracked.match->from], frame.pose,
+                                                   tracked.match->measured, map.is_3d));
   }
   follow_closures(robot, map, out);
   return out;
@@ -266,23 +233,8 @@ Contribution LaserScans::conclude(const MapView& map) {
   return out;
 }
 
-std::vector<MeasuredClosure> LaserScans::scan_closures() const {
-  std::vector<MeasuredClosure> out;
-  for (const auto& [number, robot] : robots_) {
-    std::vector<ClosureDecision> decisions = robot.mapper.decisions();
-    for (std::size_t k = 0; k < decisions.size(); ++k) {
-      const ScanClosure& closure = robot.mapper.closures()[k];
-      if (closure.is_known) continue;
-      if (decisions[k].accepted() && !is_accepted(robot, k)) {
-        decisions[k].status = ClosureStatus::kUndecided;
-      }
-      out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
-                      static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
-                      closure.inliers, closure.modes},
-                     closure.pose.motion});
-    }
-  }
-  return out;
+std::vector<MeasuredClosure<SE2>> LaserScans::scan_closures() const {
+  return measured_closures<SE2>(robots_);
 }
 
 void LaserScans::adopt_scans(std::size_t robot, const std::vector<StoredScans>& stored,

@@ -36,7 +36,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
                    const UncertainMotion& start) override;
   const ScanMapper* scan_mapper(std::size_t robot) const override;
   std::vector<LocalScans> local_scans() const override;
-  std::vector<MeasuredClosure> scan_closures() const override;
+  std::vector<MeasuredClosure<SE2>> scan_closures() const override;
   std::map<std::string, double> statistics() const override;
 
  private:
@@ -60,12 +60,6 @@ class LaserScans : public MappingPlugin, public ScanFollower {
                         std::vector<SE2>& T_before_scan);
   ScanMotion motion_by(const Robot& robot, const TrackedScan& tracked,
                        std::vector<SE2> T_before_scan) const;
-  void add_factor(const Robot& robot, const KeyframeMotion& motion, std::size_t to,
-                  const MapView& map, Contribution& out) const;
-  void add_place(const Robot& robot, const ScanClosure& closure, const MapView& map,
-                 Contribution& out) const;
-  bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
-                   Contribution& out) const;
   void follow_closures(Robot& robot, const MapView& map, Contribution& out) const;
   bool is_accepted(const Robot& robot, std::size_t closure) const;
 

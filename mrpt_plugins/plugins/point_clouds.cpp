@@ -222,30 +222,9 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   return out;
 }
 
-/// Adds the factor of a closure, where the map has its keyframes.
-bool PointClouds::add_closure(const Robot& robot, std::size_t k, const MapView& map,
-                              Contribution& out) const {
-  const CloudClosure& closure = robot.mapper.closures()[k];
-  const Key to = robot.keys[closure.to];
-  const bool is_newest = !concluded_ && to == robot.keys.back();
-  if (!is_newest && !map.holds(to)) return false;
-  if (!closure.is_known && !map.holds(robot.keys[closure.from])) return false;
-  const Key from =
-      closure.is_known
-          ? insert_place(closure, robot.mapper.stored()[closure.from].T_map_anchor, map, out)
-          : robot.keys[closure.from];
-  out.delta.continuous.push_back(factor_of(from, to, closure.pose));
-  return true;
-}
-
-/// Closures accepted since the last time come in, those no longer accepted go out.
 void PointClouds::follow_closures(Robot& robot, const MapView& map, Contribution& out) const {
-  std::vector<bool> accepted(robot.mapper.closures().size());
-  for (std::size_t k = 0; k < accepted.size(); ++k) {
-    accepted[k] = robot.mapper.status(k) == ClosureStatus::kAccepted;
-  }
-  const auto add = [&](std::size_t k, Contribution& to) { return add_closure(robot, k, map, to); };
-  robot.factors.follow(accepted, add, map.keeps_all, out);
+  hybrid::follow_closures(robot, concluded_ ? std::nullopt : std::optional(robot.keys.back()), map,
+                          factor_of, out);
 }
 
 void PointClouds::applied(const Outcome& outcome) {
@@ -296,23 +275,8 @@ std::vector<StoredCloud> PointClouds::places_of(const Robot& robot) const {
   return out;
 }
 
-std::vector<MeasuredCloudClosure> PointClouds::cloud_closures() const {
-  std::vector<MeasuredCloudClosure> out;
-  for (const auto& [number, robot] : robots_) {
-    std::vector<ClosureDecision> decisions = robot.mapper.decisions();
-    for (std::size_t k = 0; k < decisions.size(); ++k) {
-      const CloudClosure& closure = robot.mapper.closures()[k];
-      if (closure.is_known) continue;
-      if (decisions[k].accepted() && !robot.factors.has(k)) {
-        decisions[k].status = ClosureStatus::kUndecided;
-      }
-      out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
-                      static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
-                      closure.inliers, closure.modes},
-                     closure.pose.motion});
-    }
-  }
-  return out;
+std::vector<MeasuredClosure<SE3>> PointClouds::cloud_closures() const {
+  return measured_closures<SE3>(robots_);
 }
 
 std::vector<LocalView> PointClouds::local_views() const {

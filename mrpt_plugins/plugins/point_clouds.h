@@ -35,7 +35,7 @@ class PointClouds : public MappingPlugin, public CloudFollower {
   void adopt_clouds(std::size_t robot, const std::vector<StoredCloud>& stored,
                     const UncertainMotion3& start) override;
   const CloudMapper* cloud_mapper(std::size_t robot) const override;
-  std::vector<MeasuredCloudClosure> cloud_closures() const override;
+  std::vector<MeasuredClosure<SE3>> cloud_closures() const override;
   std::vector<LocalView> local_views() const override;
   std::map<std::string, double> statistics() const override;
 
@@ -54,8 +54,6 @@ class PointClouds : public MappingPlugin, public CloudFollower {
 
   std::optional<UncertainMotion3> motion_to(const Robot& robot, const Frame& frame,
                                             const MapView& map) const;
-  bool add_closure(const Robot& robot, std::size_t closure, const MapView& map,
-                   Contribution& out) const;
   TrackedCloud add(Robot& robot, PointCloud cloud,
                    const std::optional<UncertainMotion3>& odometry) const;
   static void add_first(Robot& robot, const SE3::Tangent& velocity);

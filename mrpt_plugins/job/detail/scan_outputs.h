@@ -59,7 +59,7 @@ class ScanOutputs {
   PathArchive paths_;
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::vector<KeyframeScans> drawn_;
-  std::vector<MeasuredClosure> closures_;
+  std::vector<MeasuredClosure<SE2>> closures_;
 };
 
 }  // namespace hybrid

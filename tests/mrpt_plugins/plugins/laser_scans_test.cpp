@@ -199,7 +199,7 @@ TEST(LaserScans, ClosuresAreToldWithTheirDecisions) {
   Mapper mapper(read_motion_options(ini), {plugin}, make_backend(ini.section("solver")), false);
   for (std::size_t i = 0; 2 * i < drive.way.size(); ++i) mapper.add(drive.keyframe(i));
   mapper.finish();
-  const std::vector<MeasuredClosure> closures =
+  const std::vector<MeasuredClosure<SE2>> closures =
       dynamic_cast<const ScanFollower&>(*plugin).scan_closures();
   const std::size_t poses = mapper.result().trajectory.size();
   EXPECT_EQ(closures.size(), mapper.statistics().at("scan_closures"));
