@@ -4,10 +4,11 @@
 #include "libhybrid/clouds/cloud_closures.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
+
+#include "libhybrid/core/evenly_chosen.h"
 
 namespace hybrid {
 namespace {
@@ -63,7 +64,7 @@ void CloudClosureSearch::store(std::vector<StoredCloud> clouds) {
   samples_.clear();
   for (const StoredCloud& stored : stored_) {
     samples_.push_back(
-        transformed(stored.T_map_anchor.motion, chosen(stored.points, kSamplePoints)));
+        transformed(stored.T_map_anchor.motion, evenly_chosen(stored.points, kSamplePoints)));
   }
 }
 
@@ -147,11 +148,10 @@ void CloudClosureSearch::try_proposed(const Query& query, const ProposedClosure&
                                       std::size_t m, const Poses& poses, const Relation& relation,
                                       std::vector<SE3>& seen, std::vector<CloudClosure>& closures) {
   const LocalCloud& map = query.tracker->local_maps()[m];
-  Matrix6 covariance = Matrix6::Identity();
-  covariance.topLeftCorner<3, 3>() *= std::pow(kProposedSpacings * query.spacing, 2);
-  covariance.bottomRightCorner<3, 3>() *= kProposedAngle * kProposedAngle;
   const SE3& from = map.poses[proposed.from - map.anchor];
-  const UncertainMotion3 predicted{from * proposed.pose, covariance};
+  const UncertainMotion3 predicted{
+      from * proposed.pose,
+      isotropic_covariance(kProposedSpacings * query.spacing, kProposedAngle)};
   std::vector<CloudClosure> found;
   look(query, {false, m}, poses(map.anchor), predicted, found);
   const std::size_t first = closures.size();
@@ -197,8 +197,9 @@ CloudClosureSearch::Query CloudClosureSearch::present_query(const CloudTracker& 
   query.tracker = &tracker;
   query.cloud = tracker.clouds() - 1;
   query.spacing = tracker.surfaces()->spacing();
-  query.points = chosen(transformed(present.poses.back().inverse(), tracker.surfaces()->points()),
-                        options_.most_points);
+  query.points =
+      evenly_chosen(transformed(present.poses.back().inverse(), tracker.surfaces()->points()),
+                    options_.most_points);
   query.way = present.travelled.back() - present.travelled.front();
   query.shared = std::max(1.0, query.way / (options_.every * tracker.reach()));
   if (present.anchor < query.cloud) {

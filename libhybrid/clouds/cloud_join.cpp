@@ -15,10 +15,6 @@
 namespace hybrid {
 namespace {
 
-/// Matches that must agree with each other, for two maps to be joined.
-constexpr std::size_t kLeastMatches = 3;
-/// Stretches of a map that are searched in the other, at most.
-constexpr std::size_t kMostStretches = 60;
 /// Standard deviations of the motion between two maps about a place that was found, of which else
 /// nothing is known [spacings], [rad].
 constexpr double kPlaceSpacings = 5;
@@ -46,7 +42,7 @@ struct FoundPlace {
 /// Looks for stretches of the second map in the first, until a place stands out.
 std::optional<FoundPlace> find_place(const std::vector<StoredCloud>& second,
                                      CloudPlaceSearch& search) {
-  const std::size_t step = std::max<std::size_t>(1, second.size() / kMostStretches);
+  const std::size_t step = std::max<std::size_t>(1, second.size() / JoinGraph<SE3>::kMostStretches);
   for (std::size_t k = 0; k < second.size(); k += step) {
     const StoredCloud& cloud = second[k];
     const SE3 T_anchor_middle(middle_of(cloud.points), SO3());
@@ -87,11 +83,8 @@ JoinGraph<SE3> matched(const std::vector<StoredCloud>& first,
 /// The motion between two maps, as known at a place that was found, not at the origin of the second
 /// map.
 UncertainMotion3 motion_at(const FoundPlace& place, double spacing) {
-  Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kPlaceSpacings * spacing),
-      Eigen::Vector3d::Constant(kPlaceAngle);
   const Matrix6 Ad = place.stretch.adjoint();
-  const Matrix6 at_place = sigmas.cwiseAbs2().asDiagonal();
+  const Matrix6 at_place = isotropic_covariance(kPlaceSpacings * spacing, kPlaceAngle);
   return {place.T_first_second, Ad * at_place * Ad.transpose()};
 }
 
@@ -148,7 +141,7 @@ std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapR
       matched(in_first, in_second, motion_at(*place, in_first.front().spacing),
               place->stretch.translation(), search.view());
   const std::size_t accepted = graph.accepted().size();
-  if (accepted < kLeastMatches) {
+  if (accepted < JoinGraph<SE3>::kLeastMatches) {
     why = "its clouds fit at a place, but of " + std::to_string(graph.matches()) +
           " matches there only " + std::to_string(accepted) + " agree with each other";
     return std::nullopt;
@@ -157,10 +150,10 @@ std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapR
   JoinedMaps out = join_maps_at(first, second, to_isometry(motion.motion), motion.covariance);
   out.scan_matches = accepted;
   out.log_odds = search.log_odds();
-  std::vector<UncertainMotion3> all = graph.first();
-  const std::vector<UncertainMotion3> of_second = graph.second();
-  all.insert(all.end(), of_second.begin(), of_second.end());
-  for (std::size_t m = 0; m < all.size(); ++m) out.map.local_clouds[m].T_map_anchor = all[m];
+  const std::vector<UncertainMotion3> anchors = graph.anchors();
+  for (std::size_t m = 0; m < anchors.size(); ++m) {
+    out.map.local_clouds[m].T_map_anchor = anchors[m];
+  }
   return out;
 }
 

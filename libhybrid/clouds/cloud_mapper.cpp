@@ -22,10 +22,8 @@ std::vector<UncertainMotion3> motions_to(const TrackedCloud& tracked,
   if (tracked.match) out.push_back(tracked.match->measured);
   if (odometry) out.push_back(*odometry);
   if (!out.empty()) return out;
-  Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kUntoldTranslation * std::max(reach, 1.0)),
-      Eigen::Vector3d::Constant(kUntoldRotation);
-  out.push_back({tracked.T_before_cloud, sigmas.cwiseAbs2().asDiagonal()});
+  out.push_back({tracked.T_before_cloud,
+                 isotropic_covariance(kUntoldTranslation * std::max(reach, 1.0), kUntoldRotation)});
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/clouds/detail/plan_view.h"
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/scans/correlative_search.h"
 
 namespace hybrid {
@@ -26,20 +27,6 @@ constexpr std::size_t kWallPoints = 200;  // that a search uses
 constexpr double kHeightStep = 1.5;
 constexpr int kMostHeights = 3;
 constexpr std::size_t kHeightPoints = 400;  // that choose one of these
-
-std::vector<Eigen::Vector2d> positions_of(const std::vector<SurfacePoint>& points) {
-  std::vector<Eigen::Vector2d> out;
-  out.reserve(points.size());
-  for (const SurfacePoint& point : points) out.push_back(point.position);
-  return out;
-}
-
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points, std::size_t most) {
-  if (points.size() <= most) return points;
-  std::vector<Eigen::Vector2d> out;
-  for (std::size_t i = 0; i < most; ++i) out.push_back(points[i * points.size() / most]);
-  return out;
-}
 
 /// The window of poses in the plane that a prediction in a level frame allows.
 SearchWindow planar_window(const UncertainMotion3& predicted, const Eigen::Matrix3d& level,
@@ -72,7 +59,7 @@ std::vector<SE3> starts(const std::vector<CloudPoint>& points, const CloudTarget
   const SearchWindow window = planar_window(predicted, target.level, spacing, options);
   const SE3 T_target_level(Eigen::Vector3d::Zero(), Eigen::Quaterniond(target.level.transpose()));
   for (const SearchMode& mode :
-       search_poses(thinned(seen, kWallPoints), target.walls, window, search)) {
+       search_poses(evenly_chosen(seen, kWallPoints), target.walls, window, search)) {
     const Eigen::Vector3d at(mode.pose.x(), mode.pose.y(), height);
     const Eigen::Matrix3d turn = turn_about_z(mode.pose.angle()) * own_level;
     out.push_back(T_target_level * SE3(at, Eigen::Quaterniond(turn)));
@@ -82,7 +69,7 @@ std::vector<SE3> starts(const std::vector<CloudPoint>& points, const CloudTarget
   const double sigma = std::sqrt(up * predicted.covariance.topLeftCorner<3, 3>() * up.transpose());
   const double step = kHeightStep * spacing;
   const int steps = std::min(kMostHeights, static_cast<int>(3 * sigma / step));
-  const std::vector<CloudPoint> coarse = chosen(points, kHeightPoints);
+  const std::vector<CloudPoint> coarse = evenly_chosen(points, kHeightPoints);
   for (SE3& start : out) {
     start = at_best_height(coarse, target.surfaces, start, step * target.level.row(2).transpose(),
                            steps);
@@ -110,7 +97,7 @@ bool are_one_pose(const SE3& a, const SE3& b, double spacing) {
 std::vector<CloudAlignment> match(const std::vector<CloudPoint>& points, const CloudTarget& target,
                                   const UncertainMotion3& predicted,
                                   const CloudMatchOptions& options) {
-  const std::vector<CloudPoint> used = chosen(points, options.most_points);
+  const std::vector<CloudPoint> used = evenly_chosen(points, options.most_points);
   std::vector<CloudAlignment> modes;
   for (const SE3& start : starts(used, target, predicted, options)) {
     const CloudAlignment found = align(used, target.surfaces, start);

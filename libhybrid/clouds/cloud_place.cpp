@@ -9,6 +9,7 @@
 
 #include "libhybrid/clouds/detail/plan_view.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/scans/surface_map.h"
 
 namespace hybrid {
@@ -49,7 +50,8 @@ SE3 turned_as(const SE3& pose) {
 SE3 levelling_of(const std::vector<StoredCloud>& stored) {
   std::vector<CloudPoint> all;
   for (const StoredCloud& cloud : stored) {
-    const auto points = transformed(cloud.T_map_anchor.motion, chosen(cloud.points, kPlacePoints));
+    const auto points =
+        transformed(cloud.T_map_anchor.motion, evenly_chosen(cloud.points, kPlacePoints));
     all.insert(all.end(), points.begin(), points.end());
   }
   return turned(levelling(all));
@@ -123,13 +125,6 @@ ScanPlaceOptions plan_options(const CloudPlaceOptions& options, const SE3& T_lev
   return out;
 }
 
-Matrix6 start_covariance(double spacing) {
-  Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kStartSpacings * spacing),
-      Eigen::Vector3d::Constant(kStartAngle);
-  return sigmas.cwiseAbs2().asDiagonal();
-}
-
 }  // namespace
 
 double widest_spacing(const std::vector<StoredCloud>& stored) {
@@ -192,8 +187,8 @@ std::vector<CloudAlignment> CloudPlaceSearch::poses_at(const std::vector<CloudPo
                                                        const Eigen::Matrix3d& level,
                                                        const SE2& place) const {
   const CloudSurfaces surfaces = surfaces_near(place.translation());
-  const std::vector<CloudPoint> used = chosen(points, kPlacePoints);
-  const std::vector<CloudPoint> coarse = chosen(used, kClimbPoints);
+  const std::vector<CloudPoint> used = evenly_chosen(points, kPlacePoints);
+  const std::vector<CloudPoint> coarse = evenly_chosen(used, kClimbPoints);
   const Eigen::Quaterniond turn(turn_about_z(place.angle()) * level);
   const Eigen::Vector3d step = kClimb * spacing_ * Eigen::Vector3d::UnitZ();
   std::vector<CloudAlignment> out;
@@ -227,7 +222,8 @@ UncertainMotion3 CloudPlaceSearch::in_map(const CloudAlignment& found) const {
 bool CloudPlaceSearch::is_allowed(const SE3& T_map_drive) const {
   if (!options_.start) return true;
   const SE3::Tangent e = options_.start->motion.between(T_map_drive).log();
-  const Matrix6 C = options_.start->covariance + start_covariance(spacing_);
+  const Matrix6 C =
+      options_.start->covariance + isotropic_covariance(kStartSpacings * spacing_, kStartAngle);
   return e.dot(C.ldlt().solve(e)) < chi_square_quantile(kSureOfIt, 6);
 }
 

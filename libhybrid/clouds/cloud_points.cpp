@@ -135,12 +135,4 @@ Eigen::Vector3d middle_of(const std::vector<CloudPoint>& points) {
   return sum / static_cast<double>(std::max<std::size_t>(points.size(), 1));
 }
 
-std::vector<CloudPoint> chosen(const std::vector<CloudPoint>& points, std::size_t most) {
-  if (points.size() <= most) return points;
-  std::vector<CloudPoint> out;
-  out.reserve(most);
-  for (std::size_t i = 0; i < most; ++i) out.push_back(points[i * points.size() / most]);
-  return out;
-}
-
 }  // namespace hybrid

@@ -35,7 +35,4 @@ std::vector<CloudPoint> transformed(const SE3& T, const std::vector<CloudPoint>&
 /// The mean of positions; zero where there is none.
 Eigen::Vector3d middle_of(const std::vector<CloudPoint>& points);
 
-/// At most `most` of the points, evenly chosen in their order.
-std::vector<CloudPoint> chosen(const std::vector<CloudPoint>& points, std::size_t most);
-
 }  // namespace hybrid

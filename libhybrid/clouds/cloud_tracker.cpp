@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/clouds/pose_preference.h"
+#include "libhybrid/core/evenly_chosen.h"
 
 namespace hybrid {
 namespace {
@@ -57,15 +58,12 @@ Matrix6 prediction_covariance(const std::optional<UncertainMotion3>& odometry, c
                               double reach) {
   const SE3& motion = odometry ? odometry->motion : last;
   const double d = motion.translation().norm(), a = motion.rotation().log().norm();
-  Vector6 sigmas;
   if (!odometry) {
-    sigmas << Eigen::Vector3d::Constant(kSteadyOfReach * reach + kSteadyOfMotion * d),
-        Eigen::Vector3d::Constant(kSteadyRotation + kSteadyOfMotion * a);
-    return sigmas.cwiseAbs2().asDiagonal();
+    return isotropic_covariance(kSteadyOfReach * reach + kSteadyOfMotion * d,
+                                kSteadyRotation + kSteadyOfMotion * a);
   }
-  sigmas << Eigen::Vector3d::Constant(kLeastTranslation + kOfMotion * d),
-      Eigen::Vector3d::Constant(kLeastRotation + kOfMotion * a);
-  return odometry->covariance + Matrix6(sigmas.cwiseAbs2().asDiagonal());
+  return odometry->covariance +
+         isotropic_covariance(kLeastTranslation + kOfMotion * d, kLeastRotation + kOfMotion * a);
 }
 
 /// Of a motion that may begin or end, where odometry does not tell it.
@@ -110,8 +108,8 @@ std::vector<CloudPoint> balanced(const std::vector<CloudPoint>& points, std::siz
     if (!point.has_normal()) continue;
     (std::abs(point.normal.z()) > kLevel ? level : steep).push_back(point);
   }
-  steep = chosen(steep, std::max(most / 2, most - std::min(most, level.size())));
-  level = chosen(level, most - steep.size());
+  steep = evenly_chosen(steep, std::max(most / 2, most - std::min(most, level.size())));
+  level = evenly_chosen(level, most - steep.size());
   steep.insert(steep.end(), level.begin(), level.end());
   return steep;
 }
@@ -125,7 +123,7 @@ CloudAlignment CloudTracker::aligned(const std::vector<CloudPoint>& points, cons
   options.prior = covariance.inverse();
   CloudAlignment best = align(points, *surfaces_, predicted, options);
   if (has_odometry && best.inliers >= kDoubtful) return best;
-  const std::vector<CloudPoint> few = chosen(points, kStartPoints);
+  const std::vector<CloudPoint> few = evenly_chosen(points, kStartPoints);
   CloudAlignmentOptions quick;
   quick.with_information = false;
   CloudAlignment likely = align(few, *surfaces_, best.pose, quick);

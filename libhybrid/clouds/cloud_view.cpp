@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libhybrid/core/evenly_chosen.h"
+
 namespace hybrid {
 namespace {
 
@@ -26,7 +28,7 @@ CloudView::CloudView(const std::vector<Eigen::Vector3f>& points, const Eigen::Ve
     : surfaces_(spacing),
       sensor_(sensor),
       shortest_(kColumns * kRows, std::numeric_limits<float>::infinity()) {
-  surfaces_.add(chosen(cloud_points(points, sensor, spacing), kViewPoints));
+  surfaces_.add(evenly_chosen(cloud_points(points, sensor, spacing), kViewPoints));
   for (const Eigen::Vector3f& p : points) {
     const Eigen::Vector3f ray = p - sensor;
     const float range = ray.norm();

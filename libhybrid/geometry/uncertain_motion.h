@@ -19,6 +19,14 @@ struct Uncertain {
 using UncertainMotion = Uncertain<SE2>;   ///< tangent (x, y [m], angle [rad])
 using UncertainMotion3 = Uncertain<SE3>;  ///< tangent (translation [m], rotation vector [rad])
 
+/// The covariance of a pose in space whose errors along and about all axes are independent, by
+/// their standard deviations [m], [rad].
+inline SE3::Jacobian isotropic_covariance(double translation, double rotation) {
+  SE3::Tangent sigmas;
+  sigmas << Eigen::Vector3d::Constant(translation), Eigen::Vector3d::Constant(rotation);
+  return sigmas.cwiseAbs2().asDiagonal();
+}
+
 /// One motion after another, whose errors are independent.
 template <class Pose>
 Uncertain<Pose> operator*(const Uncertain<Pose>& a, const Uncertain<Pose>& b) {

@@ -172,17 +172,11 @@ Uncertain<Pose> JoinGraph<Pose>::motion() const {
 }
 
 template <class Pose>
-std::vector<Uncertain<Pose>> JoinGraph<Pose>::first() const {
+std::vector<Uncertain<Pose>> JoinGraph<Pose>::anchors() const {
   std::vector<Uncertain<Pose>> out;
   for (std::size_t i = 0; i < first_.size(); ++i) {
     out.push_back(holds(key_of_first(i)) ? estimate(key_of_first(i)) : first_[i].T_map_anchor);
   }
-  return out;
-}
-
-template <class Pose>
-std::vector<Uncertain<Pose>> JoinGraph<Pose>::second() const {
-  std::vector<Uncertain<Pose>> out;
   for (std::size_t k = 0; k < second_.size(); ++k) out.push_back(estimate(key_of_second(k)));
   return out;
 }

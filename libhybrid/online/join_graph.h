@@ -39,6 +39,11 @@ struct PlaceMatch {
 template <class Pose>
 class JoinGraph {
  public:
+  /// Matches that must agree with each other, for two maps to be joined.
+  static constexpr std::size_t kLeastMatches = 3;
+  /// Stretches of a map that are searched in the other, at most.
+  static constexpr std::size_t kMostStretches = 60;
+
   /// All poses of place k of the second map in place i of the first that a search finds, where the
   /// predicted one says.
   using Match = std::function<std::vector<Uncertain<Pose>>(std::size_t i, std::size_t k,
@@ -58,9 +63,8 @@ class JoinGraph {
   std::vector<PlaceMatch<Pose>> accepted() const;
   /// Of the frame of the second map in that of the first.
   Uncertain<Pose> motion() const;
-  /// Places of both in the frame of the first map.
-  std::vector<Uncertain<Pose>> first() const;
-  std::vector<Uncertain<Pose>> second() const;
+  /// Anchors of the places of both in the frame of the first map, those of its own first.
+  std::vector<Uncertain<Pose>> anchors() const;
 
  private:
   Uncertain<Pose> estimate(Key key) const;

@@ -10,6 +10,7 @@
 #include <functional>
 #include <utility>
 
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/core/quantile.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/scans/scan_tracker.h"
@@ -85,10 +86,7 @@ std::vector<ScanPair> pairs_of(const std::vector<FollowedScan>& path) {
     }
     if (j < path.size() && path[j].chain == path[i].chain) all.push_back({i, j, motion()});
   }
-  std::vector<ScanPair> out;
-  const std::size_t used = std::min(all.size(), kMostPairs);
-  for (std::size_t k = 0; k < used; ++k) out.push_back(all[k * all.size() / used]);
-  return out;
+  return evenly_chosen(all, kMostPairs);
 }
 
 /// How well each pair agrees under a field of view: 0 not at all, 1 exactly.

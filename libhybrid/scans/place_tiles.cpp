@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/core/quantile.h"
 
 namespace hybrid {
@@ -23,7 +24,7 @@ constexpr int kMargin = int(PlaceTiles::kView / kCell) + 1;
 constexpr int kFieldCells = kCells + 2 * kMargin;
 /// On a surface; times the points of a proposal, this fits into a byte.
 constexpr int kOnCell = 4;
-constexpr int kCoarsePoints = 60;
+constexpr std::size_t kCoarsePoints = 60;
 /// Headings between which points at the end of the view move by a cell.
 constexpr int kHeadings = 126;
 /// Of cells and headings that are so near to each other, the best one is proposed.
@@ -207,15 +208,11 @@ std::vector<MatchMode> PlaceTiles::search(const std::vector<SurfacePoint>& point
                                           const MatchOptions& options) {
   Tiles tiles;
   for (const auto& [name, tile] : tiles_) tiles.emplace_back(name, &tile);
-  std::vector<Eigen::Vector2d> chosen;
-  const std::size_t used = std::min<std::size_t>(points.size(), kCoarsePoints);
-  for (std::size_t i = 0; i < used; ++i) {
-    chosen.push_back(points[i * points.size() / used].position);
-  }
-  auto proposals = propose_poses<Proposal>(tiles, chosen);
+  const auto used = evenly_chosen(positions_of(points), kCoarsePoints);
+  auto proposals = propose_poses<Proposal>(tiles, used);
   std::stable_sort(proposals.begin(), proposals.end(),
                    [](const Proposal& a, const Proposal& b) { return a.excess > b.excess; });
-  const double least = options.search.min_score * kOnCell * double(used);
+  const double least = options.search.min_score * kOnCell * double(used.size());
   std::vector<MatchMode> out;
   for (std::size_t i = 0; i < std::min(proposals.size(), kMostProposals); ++i) {
     const Proposal& proposal = proposals[i];

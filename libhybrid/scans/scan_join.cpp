@@ -14,10 +14,6 @@ namespace {
 
 /// Points of stored scans are so far apart [m].
 constexpr double kStoredSpacing = 0.1;
-/// Matches that must agree with each other, for two maps to be joined.
-constexpr std::size_t kLeastMatches = 3;
-/// Stretches of a map that are searched in the other, at most.
-constexpr std::size_t kMostStretches = 60;
 /// Standard deviations of the motion between two maps about a place that was found, of which else
 /// nothing is known [m], [rad].
 constexpr double kPlaceSigma = 0.5;
@@ -123,7 +119,7 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
   ScanPlaceSearch search(first, options);
   const ScanPlace* found = nullptr;
   // Of local maps that overlap, every second one: what a surface says counts once.
-  const std::size_t step = std::max<std::size_t>(2, second.size() / kMostStretches);
+  const std::size_t step = std::max<std::size_t>(2, second.size() / JoinGraph<SE2>::kMostStretches);
   for (std::size_t k = 0; k < second.size() && found == nullptr; k += step) {
     const SE2 T_anchor_middle(mean_of(second[k].points), SO2());
     found = search.look(transformed(T_anchor_middle.inverse(), second[k].points),
@@ -138,15 +134,14 @@ ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<Sto
   out.matches = graph.matches();
   out.accepted = graph.accepted().size();
   out.log_odds = search.log_odds();
-  if (out.accepted < kLeastMatches) {
+  if (out.accepted < JoinGraph<SE2>::kLeastMatches) {
     out.why = "its laser scans fit at " + text_of(*found) + ", but of " +
               std::to_string(out.matches) + " matches there only " + std::to_string(out.accepted) +
               " agree with each other";
     return out;
   }
   out.T_first_second = graph.motion();
-  out.first = graph.first();
-  out.second = graph.second();
+  out.anchors = graph.anchors();
   return out;
 }
 
@@ -175,12 +170,10 @@ std::optional<JoinedMaps> join_maps_by_scans(const MapRecord& first, const MapRe
                                 join.T_first_second.covariance);
   out.scan_matches = join.accepted;
   out.log_odds = join.log_odds;
-  std::vector<UncertainMotion> all = join.first;
-  all.insert(all.end(), join.second.begin(), join.second.end());
-  for (std::size_t m = 0; m < all.size(); ++m) {
-    const SE2& pose = all[m].motion;
+  for (std::size_t m = 0; m < join.anchors.size(); ++m) {
+    const SE2& pose = join.anchors[m].motion;
     out.map.local_maps[m].pose << pose.x(), pose.y(), pose.angle();
-    out.map.local_maps[m].covariance = all[m].covariance;
+    out.map.local_maps[m].covariance = join.anchors[m].covariance;
   }
   return out;
 }

@@ -21,8 +21,8 @@ std::vector<StoredScans> stored_scans(const MapRecord& map);
 struct ScanJoin {
   std::string why;  ///< where they are not found: what speaks against it, else empty
   UncertainMotion T_first_second;
-  /// Anchors of all scans in the frame of the first map, as the matches place them.
-  std::vector<UncertainMotion> first, second;
+  /// Of all scans, those of the first map first, in its frame, as the matches place them.
+  std::vector<UncertainMotion> anchors;
   std::size_t matches = 0;   ///< of scans of both, that were found at the place
   std::size_t accepted = 0;  ///< those that are right
   double log_odds = 0.0;     ///< of the place to chance

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "libhybrid/core/evenly_chosen.h"
+
 namespace hybrid {
 namespace {
 
@@ -25,15 +27,6 @@ constexpr double kModeRadius = 0.4;
 constexpr double kOneMode = 0.1;
 constexpr double kOneModeTurn = 0.03;
 
-std::vector<Eigen::Vector2d> chosen_positions(const std::vector<SurfacePoint>& points, int most) {
-  std::vector<Eigen::Vector2d> positions;
-  const std::size_t count = points.size();
-  const std::size_t used = std::min<std::size_t>(count, static_cast<std::size_t>(most));
-  positions.reserve(used);
-  for (std::size_t i = 0; i < used; ++i) positions.push_back(points[i * count / used].position);
-  return positions;
-}
-
 bool is_one_mode(const SE2& a, const SE2& b) {
   const SE2 d = a.between(b);
   return d.translation().norm() < kOneMode && std::abs(d.angle()) < kOneModeTurn;
@@ -44,12 +37,7 @@ bool is_one_mode(const SE2& a, const SE2& b) {
 MatchTarget make_match_target(const std::vector<SurfacePoint>& points) {
   MatchTarget target;
   target.surfaces = SurfaceMap(points);
-  std::vector<Eigen::Vector2d> positions;
-  positions.reserve(target.surfaces.surfels().size());
-  for (const SurfaceMap::Surfel& surfel : target.surfaces.surfels()) {
-    positions.push_back(surfel.position);
-  }
-  target.field = LikelihoodField(positions, kResolution, kFieldSigma);
+  target.field = LikelihoodField(positions_of(target.surfaces.surfels()), kResolution, kFieldSigma);
   return target;
 }
 
@@ -68,9 +56,9 @@ Eigen::Matrix3d alignment_covariance(const ScanAlignment& alignment) {
 std::vector<MatchMode> match(const std::vector<SurfacePoint>& points, const MatchTarget& target,
                              const SearchWindow& window, const MatchOptions& options) {
   std::vector<MatchMode> modes;
-  const std::vector<SearchMode> found = search_poses(chosen_positions(points, options.most_points),
-                                                     target.field, window, options.search);
-  for (const SearchMode& mode : found) {
+  const auto used =
+      evenly_chosen(positions_of(points), static_cast<std::size_t>(options.most_points));
+  for (const SearchMode& mode : search_poses(used, target.field, window, options.search)) {
     AlignmentOptions alignment_options;
     alignment_options.radius = kModeRadius;
     const ScanAlignment alignment = align(points, target.surfaces, mode.pose, alignment_options);
@@ -79,8 +67,7 @@ std::vector<MatchMode> match(const std::vector<SurfacePoint>& points, const Matc
       return is_one_mode(other.pose.motion, alignment.pose);
     });
     if (known) continue;
-    modes.push_back(
-        {{alignment.pose, alignment_covariance(alignment)}, alignment.inliers, mode.score});
+    modes.push_back({{alignment.pose, alignment_covariance(alignment)}, alignment.inliers});
   }
   std::stable_sort(modes.begin(), modes.end(),
                    [](const MatchMode& a, const MatchMode& b) { return a.inliers > b.inliers; });

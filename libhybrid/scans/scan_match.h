@@ -28,7 +28,6 @@ MatchTarget make_match_target(const std::vector<SurfacePoint>& points);
 struct MatchMode {
   UncertainMotion pose;  ///< of the frame of the points in that of the map
   double inliers = 0.0;  ///< share of the points that lie on a surface of the map
-  double score = 0.0;    ///< mean likelihood of the points by the field
 };
 
 struct MatchOptions {

@@ -50,6 +50,15 @@ class ScanView {
   std::bitset<kSectors> seen_;
 };
 
+/// The positions of points or surfels.
+template <class Point>
+std::vector<Eigen::Vector2d> positions_of(const std::vector<Point>& points) {
+  std::vector<Eigen::Vector2d> out;
+  out.reserve(points.size());
+  for (const Point& point : points) out.push_back(point.position);
+  return out;
+}
+
 /// The points seen from another frame.
 std::vector<SurfacePoint> transformed(const SE2& T, const std::vector<SurfacePoint>& points);
 

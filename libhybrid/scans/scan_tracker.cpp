@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/evenly_chosen.h"
+
 namespace hybrid {
 namespace {
 
@@ -95,12 +97,10 @@ Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
 /// is nothing that it could agree with.
 double ScanTracker::share_in_view(const std::vector<SurfacePoint>& points, const SE2& pose) const {
   const LocalMap& map = maps_.back();
-  const std::size_t used = std::min(points.size(), kPointsOfView);
-  if (used == 0) return 1.0;
-  std::vector<Eigen::Vector2d> unseen;
-  for (std::size_t i = 0; i < used; ++i) {
-    unseen.push_back(pose * points[i * points.size() / used].position);
-  }
+  if (points.empty()) return 1.0;
+  std::vector<Eigen::Vector2d> unseen = evenly_chosen(positions_of(points), kPointsOfView);
+  for (Eigen::Vector2d& p : unseen) p = pose * p;
+  const std::size_t used = unseen.size();
   const auto share = [&] { return 1.0 - double(unseen.size()) / double(used); };
   for (std::size_t k = map.poses.size(); k-- > 0 && share() < kDoubtful;) {
     const ScanView& view = keyframes_[map.anchor + k].view;

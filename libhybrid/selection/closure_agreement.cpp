@@ -13,6 +13,7 @@
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/geometry/se2.h"
@@ -111,11 +112,9 @@ class ClosureJudge {
       const std::size_t from = rank(factor.keys()[0]), to = rank(factor.keys()[1]);
       cells[std::minmax(from / kStretch, to / kStretch)].push_back({k, from, to});
     }
-    std::vector<Passage> all, some;
+    std::vector<Passage> all;
     for (const auto& [cell, inside] : cells) all.push_back(inside[inside.size() / 2]);
-    const std::size_t count = std::min(all.size(), kMostPassages);
-    for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
-    return some;
+    return evenly_chosen(all, kMostPassages);
   }
 
   /// Whether the rest of the map predicts a closure; nothing where the rest does not tell. A map

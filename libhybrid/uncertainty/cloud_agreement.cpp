@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/uncertainty/detail/look_table.h"
 
 namespace hybrid {
@@ -42,7 +43,7 @@ class CloudLooks {
         times.emplace_back(clouds_[j].time, clouds_[j].robot);
       }
       const auto looks = LookChoice(std::move(times), options_).around(from.time, from.robot);
-      for (const CloudPoint& point : chosen(from.view->surfaces(), kPlaces)) {
+      for (const CloudPoint& point : evenly_chosen(from.view->surfaces(), kPlaces)) {
         SurfaceInMap place = in_map(from.T_map_robot, point);
         place.seen = place.position - from.sensor();
         table_->begin_place(from.time);
@@ -57,7 +58,7 @@ class CloudLooks {
     std::vector<SurfaceInMap> known;
     const std::size_t each = kMostInMap / std::max<std::size_t>(1, map.size()) + 1;
     for (const StoredCloud& stored : map) {
-      for (const CloudPoint& point : chosen(stored.points, each)) {
+      for (const CloudPoint& point : evenly_chosen(stored.points, each)) {
         if (point.has_normal()) known.push_back(in_map(stored.T_map_anchor.motion, point));
       }
     }

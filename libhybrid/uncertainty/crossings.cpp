@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/detections/sighting.h"
 #include "libhybrid/initialization/direction_tracker.h"
 #include "libhybrid/uncertainty/detail/look_table.h"
@@ -100,9 +101,9 @@ Crossings crossings(const std::vector<PlacedDetections>& frames, double stretch)
     const double begin = frames[own.front()].time, end = frames[own.back()].time;
     const double step = std::max(stretch / kOverlap, (end - begin) / kMostStretches);
     for (double time = begin; time <= end; time += step) {
-      std::vector<std::size_t> part = between(frames, crossing, time, time + stretch);
+      const std::vector<std::size_t> part =
+          evenly_chosen(between(frames, crossing, time, time + stretch), kMostInstants);
       if (part.empty()) continue;
-      thin_evenly(part, kMostInstants);
       out.places.push_back(crossings_of(frames, part, stretch));
       out.looks.push_back(between(frames, looking, time, time + stretch));
     }

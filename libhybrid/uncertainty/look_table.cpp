@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libhybrid/core/evenly_chosen.h"
+
 namespace hybrid {
 namespace {
 
@@ -120,12 +122,6 @@ Agreement LookTable::conclude() {
   return out;
 }
 
-void thin_evenly(std::vector<std::size_t>& positions, std::size_t most) {
-  if (positions.size() <= most) return;
-  for (std::size_t i = 0; i < most; ++i) positions[i] = positions[i * positions.size() / most];
-  positions.resize(most);
-}
-
 AgreementOptions options_for(AgreementOptions options, double length) {
   options.far_from = std::min(options.far_from, std::max(options.near_to, length / 2));
   return options;
@@ -144,13 +140,11 @@ std::vector<std::pair<LookTime, std::size_t>> LookChoice::around(double time, in
       (later < 0 ? before : after).push_back(i);
     }
   }
-  thin_evenly(before, kMostSoon);
-  thin_evenly(after, kMostSoon);
-  thin_evenly(late, kMostLate);
   std::vector<std::pair<LookTime, std::size_t>> out;
-  for (const std::size_t i : before) out.emplace_back(LookTime::kBefore, i);
-  for (const std::size_t i : after) out.emplace_back(LookTime::kAfter, i);
-  for (const std::size_t i : late) out.emplace_back(LookTime::kLate, i);
+  for (const std::size_t i : evenly_chosen(before, kMostSoon))
+    out.emplace_back(LookTime::kBefore, i);
+  for (const std::size_t i : evenly_chosen(after, kMostSoon)) out.emplace_back(LookTime::kAfter, i);
+  for (const std::size_t i : evenly_chosen(late, kMostLate)) out.emplace_back(LookTime::kLate, i);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/uncertainty/detail/look_table.h"
 
@@ -47,9 +48,7 @@ std::vector<SurfacePlace> surfaces_of(const PlacedScan& at) {
     if (is_return(at.scan->ranges[i]) && at.scan->ranges[i] < kReach) rays.push_back(i);
   }
   std::vector<SurfacePlace> out;
-  const std::size_t count = std::min(kRays, rays.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t ray = rays[i * rays.size() / count];
+  for (const std::size_t ray : evenly_chosen(rays, kRays)) {
     const Eigen::Vector2d point = end_of(at, ray);
     const Eigen::Vector2d seen = point - at.T_map_sensor.translation();
     out.push_back({point, std::atan2(seen.y(), seen.x())});
@@ -67,10 +66,7 @@ std::vector<SurfacePlace> surfaces_of(const std::vector<StoredScans>& map) {
       all.push_back({stored.T_map_anchor.motion * point.position, std::atan2(seen.y(), seen.x())});
     }
   }
-  std::vector<SurfacePlace> out;
-  const std::size_t count = std::min(kMostKnown, all.size());
-  for (std::size_t i = 0; i < count; ++i) out.push_back(all[i * all.size() / count]);
-  return out;
+  return evenly_chosen(all, kMostKnown);
 }
 
 /// The ray of a scan in a direction of the map, which has neighbours on both sides.

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "libhybrid/geometry/uncertain_motion.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
@@ -83,10 +84,8 @@ Eigen::Matrix3d planar_part(const Matrix6d& covariance) {
 Matrix6d usual_motion_covariance(double length, double turn) {
   constexpr double kOfMotion = 0.05;                                  // shares of the motion
   constexpr double kLeastTranslation = 0.02, kLeastRotation = 0.005;  // m, rad
-  Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kLeastTranslation + kOfMotion * length),
-      Eigen::Vector3d::Constant(kLeastRotation + kOfMotion * turn);
-  return sigmas.cwiseAbs2().asDiagonal();
+  return isotropic_covariance(kLeastTranslation + kOfMotion * length,
+                              kLeastRotation + kOfMotion * turn);
 }
 
 mrpt::poses::CPose3DPDFGaussian pose_pdf(const mrpt::poses::CPose3D& mean,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/clouds/cloud_join.h"
+#include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -45,9 +46,7 @@ Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
 
 Matrix6d spatial_covariance(const Eigen::MatrixXd& covariance) {
   if (covariance.rows() == SE3::kDim) return covariance;
-  Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(kUnknownPlace), Eigen::Vector3d::Constant(kUnknownTurn);
-  return sigmas.cwiseAbs2().asDiagonal();
+  return isotropic_covariance(kUnknownPlace, kUnknownTurn);
 }
 
 void adopt_places(const Plugins& plugins, const MapRecord& map,
@@ -94,7 +93,7 @@ MapLocalCloud local_cloud_of(const LocalView& view, const SE3& anchor,
   MapLocalCloud local;
   local.T_map_anchor = {anchor, spatial_covariance(covariance)};
   local.spacing = view.spacing;
-  for (const CloudPoint& point : chosen(view.points, kMostCloudPoints)) {
+  for (const CloudPoint& point : evenly_chosen(view.points, kMostCloudPoints)) {
     local.points.push_back({point.position, point.normal});
   }
   return local;

@@ -65,9 +65,6 @@ class LookTable {
   std::size_t places_ = 0, seen_late_ = 0;
 };
 
-/// Leaves at most so many positions, evenly spread.
-void thin_evenly(std::vector<std::size_t>& positions, std::size_t most);
-
 /// The options for a log of a length [s].
 AgreementOptions options_for(AgreementOptions options, double length);
 
