@@ -30,6 +30,10 @@ Eigen::Vector2d across(double range, double pitch, double variance, bool is_3d) 
 
 }  // namespace
 
+bool is_wanted(const std::string& sensor, const std::vector<std::string>& sensors) {
+  return sensors.empty() || std::find(sensors.begin(), sensors.end(), sensor) != sensors.end();
+}
+
 std::string misfit(const DetectionFrame& frame, bool is_3d) {
   if (!frame.has_range) return "no range measured";
   return misfit_of_bearing(frame, is_3d);

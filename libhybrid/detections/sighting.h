@@ -17,6 +17,9 @@
 
 namespace HYBRID_API hybrid {
 
+/// Whether a sensor is one of those to use; none of these are all.
+bool is_wanted(const std::string& sensor, const std::vector<std::string>& sensors);
+
 /// Why a map of this dimension cannot use the ranges and directions of a frame; empty if it can.
 std::string misfit(const DetectionFrame& frame, bool is_3d);
 /// The same where directions are enough.

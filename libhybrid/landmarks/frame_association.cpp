@@ -40,10 +40,8 @@ Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& 
                    const MeasuredPoint& measured) {
   const auto at =
       locate<Pose>(pose, measured.z, Noise::covariance(measured.covariance), sensor, covariance);
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  point.head(at.mean.size()) = at.mean;
   return {
-      point,
+      padded_point(at.mean),
       std::sqrt(at.covariance.template selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()),
       at.covariance};
 }

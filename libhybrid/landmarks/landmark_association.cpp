@@ -69,9 +69,7 @@ Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapVi
                    out);
   landmarks_.place_some(map.values, kPlacedAtOnce);
   for (const DetectionFrame& seen : frame.detections) {
-    const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
-                                                      seen.sensor_label) != sensors_.end();
-    if (!wanted) continue;
+    if (!is_wanted(seen.sensor_label, sensors_)) continue;
     const std::string reason = misfit(seen, map.is_3d);
     if (!reason.empty() && !seen.detections.empty()) {
       out.dropped["detection dropped: " + reason] += seen.detections.size();

@@ -75,9 +75,7 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
   for (const auto& observation : frame.observations) {
     const auto* seen = dynamic_cast<const CObservationBeaconRanges*>(observation.get());
     if (seen == nullptr) continue;
-    const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
-                                                      seen->sensorLabel) != sensors_.end();
-    if (wanted) take(*seen, frame, map, out);
+    if (is_wanted(seen->sensorLabel, sensors_)) take(*seen, frame, map, out);
   }
   const FrameValues values(frame.view(), map);
   for (const PlacedLandmark& landmark : unplaced_.place(frame.view(), map, bank_)) {

@@ -3,7 +3,6 @@
 
 #include "mrpt_plugins/plugins/detail/bearing_only.h"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -51,9 +50,8 @@ Contribution BearingOnlyKnownIds::observe(const Frame& frame, const MapView& map
   Contribution out;
   placed_.begin();
   for (const DetectionFrame& seen : frame.detections) {
-    const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
-                                                      seen.sensor_label) != sensors_.end();
-    if (!wanted || seen.has_range || seen.detections.empty()) continue;
+    if (!is_wanted(seen.sensor_label, sensors_)) continue;
+    if (seen.has_range || seen.detections.empty()) continue;
     const std::string reason = misfit_of_bearing(seen, map.is_3d);
     if (!reason.empty()) {
       out.dropped["detection dropped: " + reason] += seen.detections.size();

@@ -37,14 +37,10 @@ Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView&
       std::all_of(frame.detections.begin(), frame.detections.end(),
                   [](const DetectionFrame& seen) { return seen.has_range; });
   if (!last_pose_ && all_have_ranges) return association_.observe(frame.view(), map);
-  const auto wanted = [&](const DetectionFrame& seen) {
-    return sensors_.empty() ||
-           std::find(sensors_.begin(), sensors_.end(), seen.sensor_label) != sensors_.end();
-  };
   std::vector<DetectionFrame> with_range, directions;
   std::map<std::string, std::size_t> dropped;
   for (const DetectionFrame& seen : frame.detections) {
-    if (seen.has_range || !wanted(seen)) {
+    if (seen.has_range || !is_wanted(seen.sensor_label, sensors_)) {
       with_range.push_back(seen);
       continue;
     }

@@ -29,9 +29,7 @@ template <class Use>
 void for_each_identified(const Frame& frame, const MapView& map,
                          const std::vector<std::string>& sensors, Contribution& out, Use&& use) {
   for (const DetectionFrame& seen : frame.detections) {
-    const bool wanted = sensors.empty() || std::find(sensors.begin(), sensors.end(),
-                                                     seen.sensor_label) != sensors.end();
-    if (!wanted || seen.detections.empty()) continue;
+    if (!is_wanted(seen.sensor_label, sensors) || seen.detections.empty()) continue;
     const std::string reason = misfit(seen, map.is_3d);
     if (!reason.empty()) {
       out.dropped["detection dropped: " + reason] += seen.detections.size();
