@@ -47,15 +47,6 @@ bool are_near(const Passage& a, const Passage& b) {
          (are_near(a.from, b.to) && are_near(a.to, b.from));
 }
 
-HybridGraph graph_in_force(const RobustProblem& problem, const std::vector<bool>& accepted) {
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
-  for (std::size_t k = 0; k < accepted.size(); ++k) {
-    if (accepted[k]) graph.add(problem.closures[k]);
-  }
-  return graph;
-}
-
 template <class Pose>
 class ClosureJudge {
  public:
@@ -64,7 +55,7 @@ class ClosureJudge {
       : values_(values),
         closures_(problem.closures),
         accepted_(accepted),
-        marginals_(graph_in_force(problem, accepted), Estimate{values, {}}),
+        marginals_(HybridGraph(factors_in_force(problem, accepted)), Estimate{values, {}}),
         gate_(scale * scale * chi_square_quantile(kGate, Pose::kDim)) {
     for (const Key key : values.keys()) {
       if (values.type(key) == Variable<Pose>::type()) path_.push_back(key);
