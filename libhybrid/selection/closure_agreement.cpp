@@ -15,6 +15,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/relative_pose.h"
+#include "libhybrid/geometry/points.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/marginals/continuous.h"
@@ -216,13 +217,9 @@ class ClosureJudge {
   /// The length of the longest side of the map [m].
   double longest_side() const {
     if (path_.empty()) return 0;
-    typename Pose::Point least = values_.at<Pose>(path_.front()).translation(), most = least;
-    for (const Key key : path_) {
-      const typename Pose::Point p = values_.at<Pose>(key).translation();
-      least = least.cwiseMin(p);
-      most = most.cwiseMax(p);
-    }
-    return (most - least).maxCoeff();
+    const auto position = [this](Key key) ->
+        typename Pose::Point { return values_.at<Pose>(key).translation(); };
+    return box_of(path_, position).sizes().maxCoeff();
   }
 
   std::vector<ClosureAgreement::Stretch> stretches(const std::vector<Passage>& agreeing,
