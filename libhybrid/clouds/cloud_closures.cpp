@@ -28,13 +28,24 @@ auto proposed_to(std::size_t cloud, const std::vector<ProposedClosure>& all) {
   return std::equal_range(all.begin(), all.end(), ProposedClosure{0, cloud, {}}, ByCloud());
 }
 
+/// Adds what one place gives, all modes of which belong together.
+void add_place(std::vector<CloudClosure> modes, std::vector<CloudClosure>& closures) {
+  const std::size_t first = closures.size();
+  for (CloudClosure& mode : modes) {
+    mode.modes = static_cast<int>(modes.size());
+    mode.first_mode = first;
+    closures.push_back(mode);
+  }
+}
+
 }  // namespace
 
 /// What is seen at the end of the path, in the frame of the newest cloud.
 struct CloudClosureSearch::Query {
+  const std::vector<LocalCloud>& maps;
   std::size_t cloud = 0;
   double spacing = 0, reach = 0;
-  std::vector<CloudPoint> points;
+  std::vector<CloudPoint> points = {};
   double way = 0;                  // along which they were seen [m]
   double shared = 1;               // number of searches that share them
   Matrix6 walk = Matrix6::Zero();  // covariance of the motion along it
@@ -153,15 +164,16 @@ CloudMatchOptions CloudClosureSearch::match_options(double reach) const {
           options_.most_points};
 }
 
-void CloudClosureSearch::look_at_local_map(const Query& query, const LocalCloud& map,
-                                           const TargetName& name, const Poses& poses,
-                                           const Relation& relation,
-                                           std::vector<CloudClosure>& closures) {
-  const CloudTarget& target = this->target(name, map.points, query.spacing, poses(map.anchor));
-  const auto modes =
-      match(query.points, target, relation(map.anchor, query.cloud), match_options(query.reach));
-  const std::size_t first = closures.size();
-  for (const CloudAlignment& mode : modes) {
+/// `predicted` is the pose of the newest cloud in the frame of the anchor.
+std::vector<CloudClosure> CloudClosureSearch::look_at_local_map(const Query& query, std::size_t m,
+                                                                const Poses& poses,
+                                                                const UncertainMotion3& predicted) {
+  const LocalCloud& map = query.maps[m];
+  const CloudTarget& target =
+      this->target({false, m}, map.points, query.spacing, poses(map.anchor));
+  std::vector<CloudClosure> found;
+  for (const CloudAlignment& mode :
+       match(query.points, target, predicted, match_options(query.reach))) {
     // What lies between the anchor and the nearest cloud is not known as well as the match is.
     const auto nearest =
         std::min_element(map.poses.begin(), map.poses.end(), [&](const SE3& a, const SE3& b) {
@@ -171,10 +183,9 @@ void CloudClosureSearch::look_at_local_map(const Query& query, const LocalCloud&
     CloudClosure out = query.closure(mode, 0);
     out.from = map.anchor + static_cast<std::size_t>(nearest - map.poses.begin());
     out.pose.motion = nearest->between(mode.pose);
-    out.modes = static_cast<int>(modes.size());
-    out.first_mode = first;
-    closures.push_back(out);
+    found.push_back(out);
   }
+  return found;
 }
 
 /// The complete local map that has a cloud and nothing that the present one has, too: what both
@@ -195,19 +206,19 @@ std::optional<std::size_t> CloudClosureSearch::map_of_proposed(std::size_t cloud
 
 /// Aligns the clouds from a pose that is proposed. Its pair is that of the closures. Poses in the
 /// local map that were `seen` before are left out: they were measured once.
-void CloudClosureSearch::try_proposed(const Query& query, const ProposedClosure& proposed,
-                                      const LocalCloud& map, const TargetName& name,
-                                      const Poses& poses, const Relation& relation,
-                                      std::vector<SE3>& seen, std::vector<CloudClosure>& closures) {
+std::vector<CloudClosure> CloudClosureSearch::try_proposed(const Query& query,
+                                                           const ProposedClosure& proposed,
+                                                           std::size_t m, const Poses& poses,
+                                                           const Relation& relation,
+                                                           std::vector<SE3>& seen) {
+  const LocalCloud& map = query.maps[m];
   Matrix6 covariance = Matrix6::Identity();
   covariance.topLeftCorner<3, 3>() *= std::pow(kProposedSpacings * query.spacing, 2);
   covariance.bottomRightCorner<3, 3>() *= kProposedAngle * kProposedAngle;
   const SE3& from = map.poses[proposed.from - map.anchor];
-  const UncertainMotion3 predicted{from * proposed.pose, covariance};
-  std::vector<CloudClosure> found;
-  look_at_local_map(
-      query, map, name, poses, [&](std::size_t, std::size_t) { return predicted; }, found);
-  const std::size_t first = closures.size();
+  std::vector<CloudClosure> found =
+      look_at_local_map(query, m, poses, {from * proposed.pose, covariance});
+  std::vector<CloudClosure> added;
   for (CloudClosure& closure : found) {
     const SE3& nearest = map.poses[closure.from - map.anchor];
     const SE3 pose = nearest * closure.pose.motion;
@@ -218,13 +229,11 @@ void CloudClosureSearch::try_proposed(const Query& query, const ProposedClosure&
       closure.pose = UncertainMotion3{from.between(nearest), between} * closure.pose;
     }
     closure.from = proposed.from;
-    closure.first_mode = first;
-    closures.push_back(closure);
+    added.push_back(closure);
     seen.push_back(pose);
   }
-  const std::size_t added = closures.size() - first;
-  for (std::size_t k = first; k < closures.size(); ++k) closures[k].modes = static_cast<int>(added);
-  ++(found.empty() ? count_.unmatched : added > 0 ? count_.matched : count_.same);
+  ++(found.empty() ? count_.unmatched : added.empty() ? count_.same : count_.matched);
+  return added;
 }
 
 /// Tries what is proposed for the newest cloud.
@@ -237,36 +246,33 @@ void CloudClosureSearch::look_at_proposed(const CloudTracker& tracker, const Pos
   for (auto it = begin; it != end; ++it) {
     const std::optional<std::size_t> m = map_of_proposed(it->from, tracker);
     if (!m) continue;
-    if (!query) query = present_query(tracker, relation);
-    try_proposed(*query, *it, tracker.local_maps()[*m], {false, *m}, poses, relation, seen[*m],
-                 closures);
+    if (!query) query.emplace(present_query(tracker, relation));
+    add_place(try_proposed(*query, *it, *m, poses, relation, seen[*m]), closures);
   }
 }
 
-void CloudClosureSearch::look_at_stored(const Query& query, const TargetName& name,
-                                        const Relation& relation,
-                                        std::vector<CloudClosure>& closures) {
+std::vector<CloudClosure> CloudClosureSearch::look_at_stored(const Query& query,
+                                                             const TargetName& name,
+                                                             const UncertainMotion3& predicted) {
   const StoredCloud& stored = stored_[name.number];
   const CloudTarget& target =
       this->target(name, stored.points, query.spacing, stored.T_map_anchor.motion);
-  const auto modes =
-      match(query.points, target, relation(name.number, query.cloud), match_options(query.reach));
-  const std::size_t first = closures.size();
-  for (const CloudAlignment& mode : modes) {
+  std::vector<CloudClosure> found;
+  for (const CloudAlignment& mode :
+       match(query.points, target, predicted, match_options(query.reach))) {
     CloudClosure out = query.closure(mode, mode.pose.translation().norm());
     out.from = name.number;
-    out.modes = static_cast<int>(modes.size());
-    out.first_mode = first;
     out.is_known = true;
-    closures.push_back(out);
+    found.push_back(out);
   }
+  return found;
 }
 
 /// What the present local map shows, and how it is known beside a match.
 CloudClosureSearch::Query CloudClosureSearch::present_query(const CloudTracker& tracker,
                                                             const Relation& relation) const {
-  const LocalCloud& present = tracker.local_maps().back();
-  Query query;
+  Query query{tracker.local_maps()};
+  const LocalCloud& present = query.maps.back();
   query.cloud = tracker.clouds() - 1;
   query.spacing = tracker.surfaces()->spacing();
   query.reach = tracker.reach();
@@ -295,10 +301,12 @@ std::vector<CloudClosure> CloudClosureSearch::search(const CloudTracker& tracker
   if (near.empty() && near_stored.empty()) return closures;
   const Query query = present_query(tracker, relation);
   for (const TargetName& name : near) {
-    const LocalCloud& map = tracker.local_maps()[name.number];
-    look_at_local_map(query, map, name, poses, relation, closures);
+    const UncertainMotion3 predicted = relation(query.maps[name.number].anchor, query.cloud);
+    add_place(look_at_local_map(query, name.number, poses, predicted), closures);
   }
-  for (const TargetName& name : near_stored) look_at_stored(query, name, stored, closures);
+  for (const TargetName& name : near_stored) {
+    add_place(look_at_stored(query, name, stored(name.number, query.cloud)), closures);
+  }
   return closures;
 }
 

@@ -101,17 +101,17 @@ class CloudClosureSearch {
                             double spacing, const SE3& T_map_anchor);
   CloudMatchOptions match_options(double reach) const;
   Query present_query(const CloudTracker& tracker, const Relation& relation) const;
-  void look_at_local_map(const Query& query, const LocalCloud& map, const TargetName& name,
-                         const Poses& poses, const Relation& relation,
-                         std::vector<CloudClosure>& closures);
+  std::vector<CloudClosure> look_at_local_map(const Query& query, std::size_t map,
+                                              const Poses& poses,
+                                              const UncertainMotion3& predicted);
   void look_at_proposed(const CloudTracker& tracker, const Poses& poses, const Relation& relation,
                         std::vector<CloudClosure>& closures);
-  void try_proposed(const Query& query, const ProposedClosure& proposed, const LocalCloud& map,
-                    const TargetName& name, const Poses& poses, const Relation& relation,
-                    std::vector<SE3>& seen, std::vector<CloudClosure>& closures);
+  std::vector<CloudClosure> try_proposed(const Query& query, const ProposedClosure& proposed,
+                                         std::size_t map, const Poses& poses,
+                                         const Relation& relation, std::vector<SE3>& seen);
   std::optional<std::size_t> map_of_proposed(std::size_t cloud, const CloudTracker& tracker);
-  void look_at_stored(const Query& query, const TargetName& name, const Relation& relation,
-                      std::vector<CloudClosure>& closures);
+  std::vector<CloudClosure> look_at_stored(const Query& query, const TargetName& name,
+                                           const UncertainMotion3& predicted);
 
   CloudClosureOptions options_;
   ProposedCount count_;  // but for absent ones
