@@ -67,7 +67,7 @@ std::string format(const char* form, Arguments... arguments) {
 }
 
 HybridGraph graph_of(const PoseGraph& graph, const Values& initial) {
-  return worlds::graph_of(to_factors(graph, initial));
+  return HybridGraph(to_factors(graph, initial));
 }
 
 /// Squared whitened residuals per degree of freedom; 1 where noise explains them.

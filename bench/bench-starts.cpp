@@ -23,14 +23,14 @@ SolverOptions options() {
 }
 
 SolverReport alone(const PoseGraph& graph, const Values& initial) {
-  return levenberg_marquardt(worlds::graph_of(to_factors(graph, initial)), {initial, {}}, options())
+  return levenberg_marquardt(HybridGraph(to_factors(graph, initial)), {initial, {}}, options())
       .report;
 }
 
 void chosen(const PoseGraph& graph, const char* name, const Values& initial) {
   const std::vector<ContinuousFactorPtr> factors = to_factors(graph, initial);
   const StartsResult result = solve_from_starts(
-      worlds::graph_of(factors), pose_graph_starts(graph, factors, name, initial), options());
+      HybridGraph(factors), pose_graph_starts(graph, factors, name, initial), options());
   std::printf(" %10.6g %-8s %6.3f s", result.report.final_cost(),
               result.trials[result.won].name.c_str(), result.report.seconds);
 }

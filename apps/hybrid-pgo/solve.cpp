@@ -36,8 +36,7 @@ StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalize
 Solution solve_batch(const Input& input, bool compare, const SolverOptions& options) {
   Solution solution;
   solution.method = "lm";
-  HybridGraph graph;
-  for (const auto& factor : input.factors) graph.add(factor);
+  const HybridGraph graph(input.factors);
   std::vector<Start> starts =
       pose_graph_starts(input.graph, input.factors, input.start, input.initial);
   if (!compare) starts.resize(1);

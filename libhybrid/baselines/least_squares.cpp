@@ -21,11 +21,7 @@ RobustResult solve_given(const RobustProblem& problem, const std::vector<bool>& 
     throw Error(std::to_string(accepted.size()) + " decisions for " +
                 std::to_string(problem.closures.size()) + " closures");
   }
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
-  for (std::size_t k = 0; k < accepted.size(); ++k) {
-    if (accepted[k]) graph.add(problem.closures[k]);
-  }
+  const HybridGraph graph(factors_in_force(problem, accepted));
   const SolverResult solved = levenberg_marquardt(graph, {problem.initial, {}}, options.solver);
   RobustResult result;
   result.method = "given";

@@ -55,4 +55,11 @@ struct ClosureDecision {
   double finite_margin() const { return std::isfinite(margin) ? margin : -1e3; }
 };
 
+/// Whether each closure was accepted.
+inline std::vector<bool> accepted_closures(const std::vector<ClosureDecision>& decisions) {
+  std::vector<bool> accepted;
+  for (const ClosureDecision& decision : decisions) accepted.push_back(decision.accepted());
+  return accepted;
+}
+
 }  // namespace hybrid

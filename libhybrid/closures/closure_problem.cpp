@@ -36,8 +36,7 @@ ClosureProblem::ClosureProblem(const RobustProblem& problem,
                                const std::vector<ContinuousFactorPtr>& closures,
                                const std::vector<ContinuousFactorPtr>& extra, Values start,
                                const std::vector<ClosureRole>& roles, int threads)
-    : values_(std::move(start)), roles_(roles) {
-  for (const ContinuousFactorPtr& factor : problem.trusted) graph_.add(factor);
+    : graph_(problem.trusted), values_(std::move(start)), roles_(roles) {
   for (const ContinuousFactorPtr& factor : extra) graph_.add(factor);
   for (std::size_t k = 0; k < closures.size(); ++k) {
     std::vector<MixtureComponent> components;

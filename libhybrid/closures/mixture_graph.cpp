@@ -70,12 +70,20 @@ OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& 
 }
 
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options) {
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
+  HybridGraph graph(problem.trusted);
   for (std::size_t k = 0; k < problem.closures.size(); ++k) {
     graph.add(closure_mixture(k, problem.closures[k], options));
   }
   return graph;
+}
+
+std::vector<ContinuousFactorPtr> factors_in_force(const RobustProblem& problem,
+                                                  const std::vector<bool>& accepted) {
+  std::vector<ContinuousFactorPtr> factors = problem.trusted;
+  for (std::size_t k = 0; k < accepted.size(); ++k) {
+    if (accepted[k]) factors.push_back(problem.closures[k]);
+  }
+  return factors;
 }
 
 Assignment to_assignment(const std::vector<bool>& accepted) {

@@ -61,6 +61,10 @@ OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& 
 /// Error for weights that are not positive.
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options = {});
 
+/// Trusted factors and accepted closures.
+std::vector<ContinuousFactorPtr> factors_in_force(const RobustProblem& problem,
+                                                  const std::vector<bool>& accepted);
+
 /// The assignment of the switches, by closure.
 Assignment to_assignment(const std::vector<bool>& accepted);
 

@@ -85,6 +85,13 @@ std::size_t joint_index(const std::vector<DiscreteKey>& keys, const Assignment& 
   return index;
 }
 
+void set_joint(const std::vector<DiscreteKey>& keys, std::size_t index, Assignment& assignment) {
+  for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
+    assignment.set(key->key, static_cast<int>(index % key->cardinality));
+    index /= key->cardinality;
+  }
+}
+
 std::string names_of(const std::vector<DiscreteKey>& keys) {
   std::string names;
   for (const DiscreteKey& key : keys) names += (names.empty() ? "" : ", ") + to_string(key.key);
@@ -105,11 +112,7 @@ Table condition(const Table& table, const Assignment& held) {
   const std::size_t size = joint_size(keys);
   costs.reserve(size);
   for (std::size_t n = 0; n < size; ++n) {
-    std::size_t rest = n;
-    for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
-      assignment.set(key->key, static_cast<int>(rest % key->cardinality));
-      rest /= key->cardinality;
-    }
+    set_joint(keys, n, assignment);
     costs.push_back(table.cost(assignment));
   }
   return {std::move(keys), std::move(costs)};

@@ -39,6 +39,9 @@ std::size_t joint_size(const std::vector<DiscreteKey>& keys);
 /// The row-major index of the values that an assignment gives to `keys`.
 std::size_t joint_index(const std::vector<DiscreteKey>& keys, const Assignment& assignment);
 
+/// Gives `keys` the values of that row-major index.
+void set_joint(const std::vector<DiscreteKey>& keys, std::size_t index, Assignment& assignment);
+
 /// The names of some variables, with commas between.
 std::string names_of(const std::vector<DiscreteKey>& keys);
 

@@ -143,7 +143,9 @@ class Filter {
         const auto mode = static_cast<ErrorMode>(i);
         const double cost = mode_cost(model, is_first_ ? nullptr : &past, mode, time);
         if (cost == kInfinity) continue;
-        add(fix, model, part, mode, cost, time, next[is_biased(mode) ? 1 : 0]);
+        Part in_mode = part;
+        in_mode.log_weight -= cost;
+        add(fix, model, in_mode, mode, time, next[is_biased(mode) ? 1 : 0]);
       }
     }
     return close(fix, next);
@@ -170,8 +172,8 @@ class Filter {
   }
 
   /// A mode of the error, right or false.
-  void add(const MovedFix& fix, const FixModel& model, Part part, ErrorMode mode, double cost,
-           double time, Merge& into) const {
+  void add(const MovedFix& fix, const FixModel& model, Part part, ErrorMode mode, double time,
+           Merge& into) const {
     const double kept = !is_first_ && goes_on(mode) ? kept_share(model, time, is_biased(mode)) : 0;
     const double added = !is_first_ && goes_on(mode) ? added_variance(model, time)
                                                      : new_variance(model, is_biased(mode));
@@ -179,7 +181,6 @@ class Filter {
     part.P.rightCols<2>() *= kept;
     part.P.bottomRows<2>() *= kept;
     part.P.bottomRightCorner<2, 2>().diagonal().array() += added;
-    part.log_weight -= cost;
     Part wrong = part;
     wrong.log_weight += std::log(model.false_share) - 2 * std::log(model.false_reach);
     into.add(wrong);

@@ -17,6 +17,10 @@ namespace HYBRID_API hybrid {
 /// A discrete-continuous factor graph (eq. 2): three lists of factors by stable handle.
 class HybridGraph {
  public:
+  HybridGraph() = default;
+  explicit HybridGraph(const std::vector<ContinuousFactorPtr>& factors) {
+    for (const ContinuousFactorPtr& factor : factors) add(factor);
+  }
   Handle add(ContinuousFactorPtr factor);
   Handle add(Table table);
   Handle add(HybridFactorPtr factor);

@@ -13,10 +13,11 @@ namespace {
 
 constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
 
-/// Landmarks that a look at the map from here should have shown and did not.
-std::vector<int> missed_by(const Eigen::Isometry3d& T_map_sensor, const SensorCoverage& coverage,
-                           const MapView& map, int keyframe, int recent,
-                           const LandmarkTracks& landmarks) {
+}  // namespace
+
+std::vector<int> missed_landmarks(const Eigen::Isometry3d& T_map_sensor,
+                                  const SensorCoverage& coverage, const MapView& map, int keyframe,
+                                  int recent, const LandmarkTracks& landmarks) {
   std::vector<int> missed;
   landmarks.grid().visit_near(
       T_map_sensor.translation().x(), T_map_sensor.translation().y(), coverage.max_range,
@@ -33,15 +34,12 @@ std::vector<int> missed_by(const Eigen::Isometry3d& T_map_sensor, const SensorCo
   return missed;
 }
 
-}  // namespace
-
 double existence_at_birth(const AssociationOptions& options) {
   return std::log(options.landmarks_in_view / options.clutter_in_view);
 }
 
-std::vector<int> judge_existence(const DetectionFrame& seen, const KeyframeView& frame,
-                                 const MapView& map, const std::vector<int>& sightings,
-                                 int keyframe, const AssociationOptions& options,
+std::vector<int> judge_existence(const std::vector<int>& sightings, const std::vector<int>& missed,
+                                 const MapView& map, const AssociationOptions& options,
                                  SensorCoverage& coverage, LandmarkTracks& landmarks) {
   const double detected = coverage.detection_probability(options.detection_probability);
   // Clutter in the share of the view that is nearest to a landmark is taken for it.
@@ -55,8 +53,6 @@ std::vector<int> judge_existence(const DetectionFrame& seen, const KeyframeView&
     const double odds = landmarks.track(t).existence + std::log(detected / clutter);
     landmarks.set(t, &Track::existence, std::min(kSureOdds, odds));
   }
-  const std::vector<int> missed = missed_by(compose(frame.T_map_robot, seen.T_robot_sensor),
-                                            coverage, map, keyframe, options.recent, landmarks);
   const double in_view = seen_now + static_cast<double>(missed.size());
   coverage.detections += seen_now;
   coverage.around += seen_now * in_view;

@@ -15,12 +15,17 @@ namespace HYBRID_API hybrid {
 /// Log odds that a landmark of one detection is there.
 double existence_at_birth(const AssociationOptions& options);
 
+/// Landmarks that a look at the map from here, at a keyframe, should have shown and did not; of
+/// those made by sightings the ones seen in the `recent` keyframes before.
+std::vector<int> missed_landmarks(const Eigen::Isometry3d& T_map_sensor,
+                                  const SensorCoverage& coverage, const MapView& map, int keyframe,
+                                  int recent, const LandmarkTracks& landmarks);
+
 /// Raises the odds of landmarks that a frame shows by `sightings` and lowers those of landmarks
-/// that it should have shown; `coverage`, which is that of its sensor, learns how often it detects.
+/// that it `missed`; `coverage`, which is that of its sensor, learns how often it detects.
 /// Returns the tentative landmarks that are improbable by now: they were clutter.
-std::vector<int> judge_existence(const DetectionFrame& seen, const KeyframeView& frame,
-                                 const MapView& map, const std::vector<int>& sightings,
-                                 int keyframe, const AssociationOptions& options,
+std::vector<int> judge_existence(const std::vector<int>& sightings, const std::vector<int>& missed,
+                                 const MapView& map, const AssociationOptions& options,
                                  SensorCoverage& coverage, LandmarkTracks& landmarks);
 
 /// The landmarks that are tentative or improbable once no more keyframes come. Those named by an

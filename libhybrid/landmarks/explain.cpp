@@ -67,9 +67,8 @@ GaussianScore score_of(const Pose& pose, const Pose& sensor, Key landmark,
 }  // namespace
 
 void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& noted,
-                   const std::vector<int>& matched, const FrameCandidates& candidates,
-                   const std::vector<FrameHypothesis>& hypotheses, const ClassModel& classes,
-                   bool open, LandmarkEvents& out) {
+                   const FrameMatching& matching, const ClassModel& classes, LandmarkEvents& out) {
+  const std::vector<int>& matched = matching.sightings;
   if (classes.names().size() > 1) out.class_prior = classes.prior();
   const std::vector<double> prior =
       classes.names().empty() ? std::vector<double>{} : classes.prior();
@@ -77,7 +76,7 @@ void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& note
     SightingEvent event = event_of(s, landmarks);
     const auto row = std::find(matched.begin(), matched.end(), s);
     if (row != matched.end()) {
-      event.candidates = candidates_for(row - matched.begin(), candidates,
+      event.candidates = candidates_for(row - matched.begin(), matching.candidates,
                                         class_cost(landmarks.sighting(s).phi, prior));
     }
     for (const SightingCandidate& candidate : event.candidates) {
@@ -89,9 +88,9 @@ void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& note
   AssociationEvent event;
   event.pose = landmarks.sighting(matched.front()).pose;
   event.sightings.assign(matched.begin(), matched.end());
-  event.open = open;
-  for (const FrameHypothesis& hypothesis : hypotheses) {
-    event.hypotheses.push_back({{}, hypotheses.front().cost - hypothesis.cost});
+  event.open = matching.open;
+  for (const FrameHypothesis& hypothesis : matching.hypotheses) {
+    event.hypotheses.push_back({{}, matching.hypotheses.front().cost - hypothesis.cost});
     for (const int t : hypothesis.track) event.hypotheses.back().landmarks.push_back(known(t));
   }
   out.associations.push_back(std::move(event));

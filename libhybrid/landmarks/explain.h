@@ -15,12 +15,9 @@
 namespace HYBRID_API hybrid {
 
 /// Notes what became of the sightings of a frame and why: of all `noted` ones, and of those that
-/// had to be `matched` by these candidates and hypotheses (best first; none where there were none
-/// to match). `open`: several hypotheses stay in the graph.
+/// had to be matched.
 void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& noted,
-                   const std::vector<int>& matched, const FrameCandidates& candidates,
-                   const std::vector<FrameHypothesis>& hypotheses, const ClassModel& classes,
-                   bool open, LandmarkEvents& out);
+                   const FrameMatching& matching, const ClassModel& classes, LandmarkEvents& out);
 
 /// A detection of the landmark that the log gives this id; with the NIS of its innovation where
 /// that landmark is in the map and the map has a covariance.

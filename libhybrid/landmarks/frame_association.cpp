@@ -61,10 +61,9 @@ PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vect
 /// drifted says nothing about what was seen in it.
 template <class Pose>
 Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& frame,
-                                 const SensorCoverage& coverage, const Views& views,
-                                 const MapView& map) {
-  const auto first =
-      views.first_near(frame.T_map_robot.translation(), coverage.max_range, frame.pose, map);
+                                 const FrameContext& context, const MapView& map) {
+  const auto first = context.views.first_near(frame.T_map_robot.translation(),
+                                              context.coverage.max_range, frame.pose, map);
   if (!first) return frame.joint_covariance({});
   return covariance_of_motion(frame, *first,
                               T_map_robot.between(map.values.at<Pose>(*first)).adjoint());
@@ -133,10 +132,11 @@ double information(const FrameCandidates& c, Eigen::Index i, Eigen::Index j) {
 /// By detection, the share of landmarks that are undetected where it falls. Asked only where there
 /// is a choice: with no candidate within the gate, what a new landmark costs decides nothing.
 std::vector<double> undetected(const FrameCandidates& c, const std::vector<Located>& located,
-                               const Views& views, const SensorCoverage& coverage,
-                               const AssociationOptions& options, const MapView& map) {
+                               const FrameContext& context, const MapView& map) {
+  const AssociationOptions& options = context.options;
   const double gate = chi_square_quantile(options.gate, c.predicted.dim);
-  const DetectionModel detections(coverage.detection_probability(options.detection_probability));
+  const DetectionModel detections(
+      context.coverage.detection_probability(options.detection_probability));
   std::vector<double> shares(located.size(), 1.0);
   for (std::size_t i = 0; i < located.size(); ++i) {
     bool choice = false;
@@ -144,24 +144,25 @@ std::vector<double> undetected(const FrameCandidates& c, const std::vector<Locat
       choice = c.score(i, j).chi_square <= gate;
     }
     if (!choice) continue;
-    shares[i] = views.undetected(located[i].point.head(c.predicted.dim), located[i].covariance,
-                                 detections, map);
+    shares[i] = context.views.undetected(located[i].point.head(c.predicted.dim),
+                                         located[i].covariance, detections, map);
   }
   return shares;
 }
 
 /// A landmark of the last stretch may be matched by what it is worth. Of others only those that one
 /// detection alone can tell: where the way back to them has drifted, places are recognised by many.
-void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverage& coverage,
-                const ClassModel& classes, const AssociationOptions& options,
-                const LandmarkTracks& landmarks, Key recent_since, FrameCandidates& c) {
+void fill_costs(const std::vector<std::vector<double>>& phi, const FrameContext& context,
+                FrameCandidates& c) {
+  const AssociationOptions& options = context.options;
+  const LandmarkTracks& landmarks = context.landmarks;
   const auto rows = static_cast<Eigen::Index>(c.measured.size());
   const auto cols = static_cast<Eigen::Index>(c.tracks.size());
-  const double volume = coverage.measurement_volume();
-  const double landmarks_in_view = coverage.expected_in_view(options.landmarks_in_view);
+  const double volume = context.coverage.measurement_volume();
+  const double landmarks_in_view = context.coverage.expected_in_view(options.landmarks_in_view);
   const double gate = chi_square_quantile(options.gate, c.predicted.dim);
   const std::vector<double> prior =
-      classes.names().empty() ? std::vector<double>{} : classes.prior();
+      context.classes.names().empty() ? std::vector<double>{} : context.classes.prior();
   c.problem.matched.setConstant(rows, cols, std::numeric_limits<double>::infinity());
   c.problem.unmatched.resize(rows);
   c.class_cost.setZero(rows, cols);
@@ -172,8 +173,8 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
   for (Eigen::Index j = 0; j < cols; ++j) {
     const Track& track = landmarks.track(c.tracks[j]);
     const std::vector<double> belief =
-        track.class_key ? landmarks.class_belief(track, classes) : std::vector<double>{};
-    const bool recent = !(landmarks.last_seen_from(c.tracks[j]) < recent_since);
+        track.class_key ? landmarks.class_belief(track, context.classes) : std::vector<double>{};
+    const bool recent = !(landmarks.last_seen_from(c.tracks[j]) < context.recent_since);
     for (Eigen::Index i = 0; i < rows; ++i) {
       c.class_cost(i, j) = class_cost(phi[i], belief);
       const GaussianScore& score = c.score(i, j);
@@ -265,15 +266,15 @@ std::vector<Matching> nearest(const FrameCandidates& c, double information_penal
 
 FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
-                                const SensorCoverage& coverage, const ClassModel& classes,
-                                const AssociationOptions& options, Key recent_since,
-                                const Views& views, const LandmarkTracks& landmarks) {
+                                const FrameContext& context) {
+  const AssociationOptions& options = context.options;
+  const LandmarkTracks& landmarks = context.landmarks;
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
   const Eigen::MatrixXd local =
-      map.is_3d ? local_covariance(to_se3(frame.T_map_robot), frame, coverage, views, map)
-                : local_covariance(to_se2(frame.T_map_robot), frame, coverage, views, map);
+      map.is_3d ? local_covariance(to_se3(frame.T_map_robot), frame, context, map)
+                : local_covariance(to_se2(frame.T_map_robot), frame, context, map);
   const double widest = *std::max_element(options.extent.begin(), options.extent.end());
   std::vector<Located> located;
   for (const Detection& d : seen.detections) {
@@ -284,7 +285,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
             ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), local, about)
             : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), local, about));
   }
-  const double density = coverage.density(options.landmarks_in_view);
+  const double density = context.coverage.density(options.landmarks_in_view);
   c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
   std::vector<Key> keys;
   for (int t : c.tracks) keys.push_back(landmarks.track(t).position);
@@ -301,8 +302,8 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
       c.scores.push_back(c.predicted.score(measured, static_cast<int>(j)));
     }
   }
-  c.undetected = undetected(c, located, views, coverage, options, map);
-  fill_costs(phi, coverage, classes, options, landmarks, recent_since, c);
+  c.undetected = undetected(c, located, context, map);
+  fill_costs(phi, context, c);
   return c;
 }
 

@@ -39,15 +39,22 @@ struct FrameCandidates {
   }
 };
 
+/// What is known before the detections of a frame are matched.
+struct FrameContext {
+  const AssociationOptions& options;
+  const SensorCoverage& coverage;  ///< of the sensor
+  const ClassModel& classes;
+  const Views& views;  ///< all looks so far
+  Key recent_since;    ///< the pose with which the last stretch of the way begins
+  const LandmarkTracks& landmarks;
+};
+
 /// The candidates of a frame: landmarks within the gate of a detection, by the joint covariance of
 /// pose and landmarks. That a detection is of a new landmark is the less probable the more often
-/// `views` looked at its place. `phi` holds the class likelihoods of each detection, or nothing.
-/// The pose `recent_since` begins the last stretch of the way.
+/// its place was looked at. `phi` holds the class likelihoods of each detection, or nothing.
 FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
-                                const SensorCoverage& coverage, const ClassModel& classes,
-                                const AssociationOptions& options, Key recent_since,
-                                const Views& views, const LandmarkTracks& landmarks);
+                                const FrameContext& context);
 
 /// What was asked of the map about the candidates of a frame, whose detections are the `sightings`,
 /// is noted for those that follow.
@@ -58,5 +65,13 @@ void note_candidates(const FrameCandidates& candidates, const std::vector<int>& 
 /// to it.
 std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
                                              const AssociationOptions& options);
+
+/// How the sightings of a frame were matched.
+struct FrameMatching {
+  std::vector<int> sightings;  ///< those that had to be matched
+  FrameCandidates candidates;
+  std::vector<FrameHypothesis> hypotheses;  ///< best first; none where there was nothing to match
+  bool open = false;                        ///< whether several of them stay in the graph
+};
 
 }  // namespace hybrid

@@ -118,7 +118,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   auto sensor = std::make_shared<DetectionFrame>(seen);
   sensor->detections.clear();
   DetectionFrame unknown = *sensor;
-  std::vector<int> sightings;
+  FrameMatching matching;
   std::vector<std::vector<double>> phi;
   const std::vector<int> noted = note(seen, frame.pose, sensor, map.is_3d, out);
   movers_.take(noted, frame, coverage, now_.classes, map, landmarks_);
@@ -129,29 +129,30 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
       continue;
     }
     if (options_.use_ids && take_identified(s, frame, map, out)) continue;
-    sightings.push_back(s);
+    matching.sightings.push_back(s);
     unknown.detections.push_back(detection);
     phi.push_back(landmarks_.sighting(s).phi);
   }
-  FrameCandidates candidates;
-  std::vector<FrameHypothesis> found;
+  const std::vector<int>& sightings = matching.sightings;
+  const std::vector<FrameHypothesis>& found = matching.hypotheses;
   if (!sightings.empty()) {
-    candidates = find_candidates(frame, unknown, phi, map, coverage, now_.classes, options_,
-                                 merges_.recent_since(), merges_.views(), landmarks_);
-    found = find_hypotheses(candidates, options_);
-    note_candidates(candidates, sightings, map, landmarks_);
+    matching.candidates = find_candidates(
+        frame, unknown, phi, map,
+        {options_, coverage, now_.classes, merges_.views(), merges_.recent_since(), landmarks_});
+    matching.hypotheses = find_hypotheses(matching.candidates, options_);
+    note_candidates(matching.candidates, sightings, map, landmarks_);
   }
-  const bool open = found.size() > 1 && map.keeps_all;
-  if (open) keep_open(found, sightings, frame, map, out);
-  if (!open && !found.empty()) {
+  matching.open = found.size() > 1 && map.keeps_all;
+  if (matching.open) keep_open(found, sightings, frame, map, out);
+  if (!matching.open && !found.empty()) {
     take_best(found.front(), sightings, frame, map, out);
     if (options_.use_ids) learn_ids(sightings);
   }
-  if (map.explain) {
-    explain_frame(landmarks_, noted, sightings, candidates, found, now_.classes, open, out.events);
-  }
-  discard(judge_existence(seen, frame, map, noted, now_.keyframe, options_, coverage, landmarks_),
-          map, out);
+  if (map.explain) explain_frame(landmarks_, noted, matching, now_.classes, out.events);
+  const std::vector<int> missed =
+      missed_landmarks(compose(frame.T_map_robot, seen.T_robot_sensor), coverage, map,
+                       now_.keyframe, options_.recent, landmarks_);
+  discard(judge_existence(noted, missed, map, options_, coverage, landmarks_), map, out);
 }
 
 bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& frame,

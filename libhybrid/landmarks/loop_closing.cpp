@@ -68,6 +68,21 @@ bool out_of_reach(const ConstellationMatchProblem<Pose>& q, double radius, doubl
   });
 }
 
+/// log evidence of their classes that a recent landmark (row) and an old one (column) are one.
+Eigen::MatrixXd class_ratios(const std::vector<int>& recent, const std::vector<int>& old,
+                             const ClassModel& classes, const LandmarkTracks& landmarks) {
+  Eigen::MatrixXd ratios(recent.size(), old.size());
+  for (std::size_t i = 0; i < recent.size(); ++i) {
+    for (std::size_t j = 0; j < old.size(); ++j) {
+      ratios(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          landmarks.seen_together(recent[i], old[j])
+              ? -std::numeric_limits<double>::infinity()
+              : landmarks.same_class(recent[i], old[j], classes);
+    }
+  }
+  return ratios;
+}
+
 /// Tracks so far, one more at the end, when all is asked once more.
 std::size_t count_of(bool concluding, const LandmarkTracks& landmarks) {
   return landmarks.tracks().size() + (concluding ? 1 : 0);
@@ -254,23 +269,22 @@ bool LoopClosing::is_clutter(const LandmarkTracks& landmarks) const {
   return true;
 }
 
-/// The place about an earlier view, as the one to compare `question.a` with.
+/// The place about an earlier view, as the one to compare `question.a` with. Returns its landmarks;
+/// none where it is out of reach, or has too few.
 template <class Pose>
-bool LoopClosing::ask_about(std::size_t view, int sightings, const std::vector<int>& recent,
-                            const MapView& map, const ClassModel& classes,
-                            const LandmarkTracks& landmarks,
-                            ConstellationMatchProblem<Pose>& question,
-                            std::vector<int>& old) const {
+std::vector<int> LoopClosing::ask_about(std::size_t view, int sightings, const MapView& map,
+                                        const LandmarkTracks& landmarks,
+                                        ConstellationMatchProblem<Pose>& question) const {
   const Key here = views_.back().pose, there = views_[view].pose;
   const Pose T_map_a = map.values.at<Pose>(here), T_map_b = map.values.at<Pose>(there);
   question.T_a_b = T_map_a.between(T_map_b);
   Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
   J << -question.T_a_b.inverse().adjoint(), Pose::Jacobian::Identity();
   question.covariance = map.covariance_of({here, there}, J);
-  if (out_of_reach(question, 0.5 * span(), options_.gate)) return false;
+  if (out_of_reach(question, 0.5 * span(), options_.gate)) return {};
   const Eigen::Vector3d center = padded_point(T_map_b.translation());
-  old = tracks_about(center, sightings, map, landmarks);
-  if (old.size() < kFewest) return false;
+  std::vector<int> old = tracks_about(center, sightings, map, landmarks);
+  if (old.size() < kFewest) return {};
   question.b = seen_from<Pose>(there, old, map, landmarks);
   std::vector<std::size_t> views;
   views_.visit_near(center, 0.5 * span(), [&](std::size_t v) {
@@ -279,18 +293,7 @@ bool LoopClosing::ask_about(std::size_t view, int sightings, const std::vector<i
   question.b.covers = [this, T_map_b, views, &map](const typename Pose::Point& p) {
     return covered(padded_point(T_map_b * p), views, map);
   };
-  question.class_log_likelihood_ratio.resize(static_cast<Eigen::Index>(recent.size()),
-                                             static_cast<Eigen::Index>(old.size()));
-  for (std::size_t i = 0; i < recent.size(); ++i) {
-    for (std::size_t j = 0; j < old.size(); ++j) {
-      question.class_log_likelihood_ratio(static_cast<Eigen::Index>(i),
-                                          static_cast<Eigen::Index>(j)) =
-          landmarks.seen_together(recent[i], old[j])
-              ? -std::numeric_limits<double>::infinity()
-              : landmarks.same_class(recent[i], old[j], classes);
-    }
-  }
-  return true;
+  return old;
 }
 
 template <class Pose>
@@ -327,8 +330,9 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   options.hypotheses = kMostFollowed / static_cast<int>(near.size());
   std::vector<Recognition> found;
   for (const std::size_t view : near) {
-    std::vector<int> old;
-    if (!ask_about(view, sightings, recent, map, classes, landmarks, question, old)) continue;
+    const std::vector<int> old = ask_about(view, sightings, map, landmarks, question);
+    if (old.empty()) continue;
+    question.class_log_likelihood_ratio = class_ratios(recent, old, classes, landmarks);
     for (const ConstellationMatch<Pose>& answer : match_places(question, options)) {
       Recognition r{{}, answer.cost, answer.chi_square};
       for (const auto& [i, j] : answer.pairs) r.pairs.emplace_back(recent[i], old[j]);

@@ -50,9 +50,9 @@ class LoopClosing {
   Merge propose_among(int sightings, const MapView& map, const ClassModel& classes, double density,
                       bool concluding, const LandmarkTracks& landmarks) const;
   template <class Pose>
-  bool ask_about(std::size_t view, int sightings, const std::vector<int>& recent,
-                 const MapView& map, const ClassModel& classes, const LandmarkTracks& landmarks,
-                 ConstellationMatchProblem<Pose>& question, std::vector<int>& old) const;
+  std::vector<int> ask_about(std::size_t view, int sightings, const MapView& map,
+                             const LandmarkTracks& landmarks,
+                             ConstellationMatchProblem<Pose>& question) const;
   double chance(const View& view, const KeyframeView& frame, double density,
                 const MapView& map) const;
   std::vector<int> recent_tracks(int sightings, const MapView& map,

@@ -345,8 +345,7 @@ std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& sec
 MapRecord without_landmarks(const MapRecord& map, const std::vector<std::int64_t>& ids) {
   const std::set<std::int64_t> gone(ids.begin(), ids.end());
   const KnownMap known = known_map(map);
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : known.prior) graph.add(factor);
+  const HybridGraph graph(known.prior);
   MapRecord out = map;
   out.landmarks.clear();
   Values values;

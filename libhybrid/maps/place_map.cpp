@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "libhybrid/core/quantile.h"
+#include "libhybrid/geometry/points.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
@@ -49,13 +50,9 @@ PlaceMap<Pose>::PlaceMap(const MapRecord& map, std::vector<int> landmarks)
 template <class Pose>
 double PlaceMap<Pose>::log_volume_of_poses() const {
   const double spacing = std::exp(-std::log(density_) / kDim);
-  Point low = points_.front(), high = points_.front();
-  for (const Point& p : points_) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
+  const auto box = box_of(points_, [](const Point& p) { return p; });
   const double headings = kDim == 2 ? 2 * M_PI : 8 * M_PI * M_PI;
-  return ((high - low).array() + spacing).log().sum() + std::log(headings);
+  return (box.sizes().array() + spacing).log().sum() + std::log(headings);
 }
 
 /// Covariances of all landmarks of the prior with one: R' z = E, then R x = z.

@@ -2,7 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -26,14 +25,5 @@ struct Evidence {
 /// whose components differ in dimension, or are null, can be compared. Throws Error for missing
 /// values.
 Evidence log_evidence(const HybridGraph& graph, const Estimate& estimate, int threads = 0);
-
-/// The change of the log evidence when the factor `to` replaces `from`, normalisers included; null
-/// for no factor. Both are linearised at `values`, which minimise L with `from`; `covariance` is
-/// the joint one of `keys`, which hold all variables of both, with `from` in the graph. Empty if
-/// the exchange leaves variables undetermined. Throws Error if a variable is not among `keys`, or
-/// the covariance is not of their size.
-std::optional<double> log_evidence_change(const std::vector<Key>& keys,
-                                          const Eigen::MatrixXd& covariance, const Values& values,
-                                          const ContinuousFactor* from, const ContinuousFactor* to);
 
 }  // namespace hybrid

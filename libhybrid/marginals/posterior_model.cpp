@@ -134,11 +134,7 @@ void PosteriorModel::add_site(const HybridFactor& factor) {
   const ContinuousFactor* present = factor.given(assignment).factor;
   const std::size_t size = joint_size(keys);
   for (std::size_t n = 0; n < size; ++n) {
-    std::size_t rest = n;
-    for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
-      assignment.set(key->key, static_cast<int>(rest % key->cardinality));
-      rest /= key->cardinality;
-    }
+    set_joint(keys, n, assignment);
     const ContinuousFactor* own = factor.given(assignment).factor;
     insert_once(site.factors, own);
     const auto at = std::find(site.factors.begin(), site.factors.end(), own);

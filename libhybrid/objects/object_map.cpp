@@ -134,8 +134,7 @@ RobustResult count_repetitions(const ObjectSequence& sequence, const ObjectNoise
                                const RobustResult& decided) {
   RobustProblem path;
   add_path(sequence, noise, path);
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : path.trusted) graph.add(factor);
+  HybridGraph graph(path.trusted);
   std::size_t sighting = 0;
   for (std::size_t k = 0; k < sequence.objects.size(); ++k) {
     for (std::size_t i = 0; i < sequence.odometry.size(); ++i) {

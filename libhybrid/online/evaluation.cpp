@@ -98,10 +98,8 @@ class Extrapolation {
 RobustResult evaluate_closures(const RobustProblem& problem, const std::vector<bool>& accepted,
                                const ClosureSelectionOptions& options) {
   RobustResult best = select_closures(problem, options);
-  std::vector<bool> then;
-  for (const ClosureDecision& decision : best.decisions) then.push_back(decision.accepted());
   if (options.gate * noise(problem, problem.initial, accepted) <
-      noise(problem, best.values, then)) {
+      noise(problem, best.values, accepted_closures(best.decisions))) {
     ClosureSelectionOptions present = options;
     present.trust_start = true;
     best = select_closures(problem, present);

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/scans/surface_map.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -38,17 +39,14 @@ int SurfaceMap::row(double y) const {
 
 /// Corner and size of the grid, with an empty cell on every side.
 void SurfaceMap::make_grid(const std::vector<SurfacePoint>& points) {
-  Eigen::Array2d low = Eigen::Array2d::Constant(kMaxExtent);
-  Eigen::Array2d high = -low;
+  Eigen::AlignedBox2d box;
   for (const SurfacePoint& point : points) {
-    if (!is_inside(point)) continue;
-    low = low.min(point.position.array());
-    high = high.max(point.position.array());
+    if (is_inside(point)) box.extend(point.position);
   }
-  if ((low > high).any()) return;
-  corner_ = low.matrix() - Eigen::Vector2d::Constant(cell_size());
-  columns_ = column(high.x()) + 2;
-  rows_ = row(high.y()) + 2;
+  if (box.isEmpty()) return;
+  corner_ = box.min() - Eigen::Vector2d::Constant(cell_size());
+  columns_ = column(box.max().x()) + 2;
+  rows_ = row(box.max().y()) + 2;
 }
 
 SurfaceMap::SurfaceMap(const std::vector<SurfacePoint>& points, double join) {

@@ -16,6 +16,7 @@
 #include "libhybrid/core/evenly_chosen.h"
 #include "libhybrid/core/sort_unique.h"
 #include "libhybrid/factors/relative_pose.h"
+#include "libhybrid/geometry/points.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/marginals/continuous.h"
@@ -48,15 +49,6 @@ bool are_near(const Passage& a, const Passage& b) {
          (are_near(a.from, b.to) && are_near(a.to, b.from));
 }
 
-HybridGraph graph_in_force(const RobustProblem& problem, const std::vector<bool>& accepted) {
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
-  for (std::size_t k = 0; k < accepted.size(); ++k) {
-    if (accepted[k]) graph.add(problem.closures[k]);
-  }
-  return graph;
-}
-
 template <class Pose>
 class ClosureJudge {
  public:
@@ -65,7 +57,7 @@ class ClosureJudge {
       : values_(values),
         closures_(problem.closures),
         accepted_(accepted),
-        marginals_(graph_in_force(problem, accepted), Estimate{values, {}}),
+        marginals_(HybridGraph(factors_in_force(problem, accepted)), Estimate{values, {}}),
         gate_(scale * scale * chi_square_quantile(kGate, Pose::kDim)) {
     for (const Key key : values.keys()) {
       if (values.type(key) == Variable<Pose>::type()) path_.push_back(key);
@@ -224,13 +216,9 @@ class ClosureJudge {
   /// The length of the longest side of the map [m].
   double longest_side() const {
     if (path_.empty()) return 0;
-    typename Pose::Point least = values_.at<Pose>(path_.front()).translation(), most = least;
-    for (const Key key : path_) {
-      const typename Pose::Point p = values_.at<Pose>(key).translation();
-      least = least.cwiseMin(p);
-      most = most.cwiseMax(p);
-    }
-    return (most - least).maxCoeff();
+    const auto position = [this](Key key) ->
+        typename Pose::Point { return values_.at<Pose>(key).translation(); };
+    return box_of(path_, position).sizes().maxCoeff();
   }
 
   std::vector<ClosureAgreement::Stretch> stretches(const std::vector<Passage>& agreeing,

@@ -44,8 +44,7 @@ double log_ratio(const Innovation& innovation, bool in, const OutlierLine& outli
 void integrate_poses(const RobustProblem& problem, const MixtureOptions& options,
                      RobustResult& result) {
   if (result.poses_integrated) return;
-  std::vector<bool> accepted;
-  for (const ClosureDecision& decision : result.decisions) accepted.push_back(decision.accepted());
+  const std::vector<bool> accepted = accepted_closures(result.decisions);
   MixtureOptions silent;
   silent.null_hypothesis = 0.0;
   const HybridGraph graph = mixture_graph(problem, silent);

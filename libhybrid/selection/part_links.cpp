@@ -28,10 +28,10 @@ constexpr std::size_t kLeastSeeds = 8;
 /// A map at its estimate, which tells how sure it is of motions.
 class LinearMap {
  public:
-  LinearMap(HybridGraph graph, const Values& values, double variance_factor,
+  LinearMap(const RobustProblem& problem, const RobustResult& result,
             const ClosureSelectionOptions& options)
-      : graph_(std::move(graph)),
-        values_(values),
+      : graph_(factors_in_force(problem, accepted_closures(result.decisions))),
+        values_(result.values),
         problem_(graph_, values_, {}, options.solver.threads, WeakComponents::kUncoupled,
                  Elimination::kPlain),
         state_(problem_.load(values_)) {
@@ -43,7 +43,7 @@ class LinearMap {
     predictor_ = std::make_unique<InnovationPredictor>(problem_, state_);
     model_.degrees = options.degrees_of_freedom;
     model_.gate = options.gate;
-    model_.variance_factor = variance_factor;
+    model_.variance_factor = result.variance_factor;
     model_.radius = map_radius(values_);
   }
   LinearMap(const LinearMap&) = delete;
@@ -75,16 +75,6 @@ class LinearMap {
   std::unique_ptr<InnovationPredictor> predictor_;
   EvidenceModel model_;
 };
-
-/// Trusted factors and accepted closures.
-HybridGraph graph_in_force(const RobustProblem& problem, const RobustResult& result) {
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
-  for (std::size_t k = 0; k < problem.closures.size(); ++k) {
-    if (result.decisions[k].accepted()) graph.add(problem.closures[k]);
-  }
-  return graph;
-}
 
 /// A closure from one part to another.
 struct Crossing {
@@ -310,7 +300,7 @@ JoinedParts join_parts(const RobustProblem& problem, const ClosureSelectionOptio
         links_to_map(joined.problem, alone, result, division, options);
     std::vector<Bridge> bridges;
     if (division.names.size() > 1) {
-      LinearMap maps(graph_in_force(alone, result), result.values, result.variance_factor, options);
+      LinearMap maps(alone, result, options);
       bridges = find_bridges(joined.problem, division, maps, options);
     }
     if (joined.candidates == 0) {
@@ -329,8 +319,7 @@ std::vector<ClosureDecision> judge_links(const JoinedParts& joined, const Robust
                                          const ClosureSelectionOptions& options) {
   if (joined.links.empty()) return {};
   const RobustProblem& problem = joined.problem;
-  const LinearMap map(graph_in_force(problem, result), result.values, result.variance_factor,
-                      options);
+  const LinearMap map(problem, result, options);
   const SelectedInverse inverse = map.inverse(options.solver.threads);
   std::vector<double> evidence, redundancy;
   for (const ClosureDecision& decision : result.decisions) {

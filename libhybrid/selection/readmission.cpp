@@ -234,11 +234,8 @@ void Readmission::drop(const std::vector<int>& closures) {
 
 void Readmission::unfold() {
   const Snapshot folded = snapshot();
-  std::vector<ContinuousFactorPtr> factors = closure_problem_.trusted;
-  for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (accepted_[k]) factors.push_back(closure_problem_.closures[k]);
-  }
-  state_ = problem_->load(chordal_initialization(factors, values_));
+  state_ = problem_->load(
+      chordal_initialization(factors_in_force(closure_problem_, accepted_), values_));
   settle(rough_);
   if (objective_ > folded.objective) restore(folded);
 }

@@ -13,10 +13,7 @@ namespace {
 
 Assignment nth_assignment(const std::vector<DiscreteKey>& keys, std::size_t n) {
   Assignment assignment;
-  for (std::size_t i = keys.size(); i-- > 0;) {
-    assignment.set(keys[i].key, static_cast<int>(n % keys[i].cardinality));
-    n /= keys[i].cardinality;
-  }
+  set_joint(keys, n, assignment);
   return assignment;
 }
 

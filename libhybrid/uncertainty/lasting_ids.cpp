@@ -48,9 +48,7 @@ View view_of(const std::vector<MovedSightings>& frames) {
 }
 
 Eigen::Vector3d sighted_place(const MovedSightings& frame, const Eigen::VectorXd& z) {
-  Eigen::Vector3d polar = Eigen::Vector3d::Zero();
-  polar.head(z.size()) = z;
-  return frame.T_odometry_robot * (frame.sightings.T_robot_sensor * from_polar(polar));
+  return frame.T_odometry_robot * (frame.sightings.T_robot_sensor * from_polar(padded_point(z)));
 }
 
 /// One of the places where an id was seen.
@@ -71,12 +69,10 @@ constexpr std::size_t kMostPlaces = 8;
 
 /// Of a place that was sighted, by the noise that is stated of the sighting.
 Eigen::Matrix3d place_covariance(const MovedSightings& frame, const MeasuredPoint& m) {
-  Eigen::Vector3d polar = Eigen::Vector3d::Zero();
-  polar.head(m.z.size()) = m.z;
   Eigen::Matrix3d sigma = Eigen::Matrix3d::Zero();
   sigma.topLeftCorner(m.z.size(), m.z.size()) = m.covariance;
   Eigen::Matrix3d J;
-  from_polar(polar, &J);
+  from_polar(padded_point(m.z), &J);
   const Eigen::Matrix3d R =
       (frame.T_odometry_robot * frame.sightings.T_robot_sensor).rotation().matrix();
   return R * J * sigma * J.transpose() * R.transpose();

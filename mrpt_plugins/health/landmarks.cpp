@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/core/quantile.h"
+#include "libhybrid/geometry/points.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/uncertainty/lasting_ids.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
@@ -124,12 +125,10 @@ bool were_seen_together(const std::vector<const std::set<std::size_t>*>& landmar
 
 /// Area that the landmarks cover [m^2], at least that of one metre.
 double covered_area(const std::vector<LandmarkEstimate>& landmarks) {
-  Eigen::Vector2d low = landmarks.front().position.head<2>(), high = low;
-  for (const LandmarkEstimate& l : landmarks) {
-    low = low.cwiseMin(l.position.head<2>());
-    high = high.cwiseMax(l.position.head<2>());
-  }
-  return (high - low).cwiseMax(1.0).prod();
+  const auto position = [](const LandmarkEstimate& l) -> Eigen::Vector2d {
+    return l.position.head<2>();
+  };
+  return box_of(landmarks, position).sizes().cwiseMax(1.0).prod();
 }
 
 /// Landmarks that have others of their class, seen more often, so near that chance hardly puts them

@@ -86,17 +86,17 @@ double sigma_or_default(double chosen, double logged, double fallback, DropRepor
   return fallback;
 }
 
+/// `logged` are the sigmas of range, yaw and pitch.
 template <class Observation>
-Eigen::Matrix3d sensor_covariance(const Observation& from, float std_range, float std_yaw,
-                                  float std_pitch, bool is_3d, const DetectionOptions& options,
-                                  DropReport& report) {
+Eigen::Matrix3d sensor_covariance(const Observation& from, const Eigen::Vector3f& logged,
+                                  bool is_3d, const DetectionOptions& options, DropReport& report) {
   if (from.empty()) return Eigen::Matrix3d::Zero();
   const double r =
-      sigma_or_default(options.sigma_range, std_range, options.default_sigma_range, report);
+      sigma_or_default(options.sigma_range, logged[0], options.default_sigma_range, report);
   const double y =
-      sigma_or_default(options.sigma_yaw, std_yaw, options.default_sigma_angle, report);
+      sigma_or_default(options.sigma_yaw, logged[1], options.default_sigma_angle, report);
   const double p = !is_3d ? 0.0
-                          : sigma_or_default(options.sigma_pitch, std_pitch,
+                          : sigma_or_default(options.sigma_pitch, logged[2],
                                              options.default_sigma_angle, report);
   return Eigen::Vector3d(r * r, y * y, p * p).asDiagonal();
 }
@@ -197,9 +197,10 @@ DetectionFrame read(const CObservationBearingRange& observation, const Detection
   frame.fov_pitch = observation.fieldOfView_pitch;
   Eigen::Matrix3d common = Eigen::Matrix3d::Zero();
   if (!observation.validCovariances) {
-    common = sensor_covariance(observation.sensedData, observation.sensor_std_range,
-                               observation.sensor_std_yaw, observation.sensor_std_pitch,
-                               frame.is_3d, options, report);
+    common = sensor_covariance(
+        observation.sensedData,
+        {observation.sensor_std_range, observation.sensor_std_yaw, observation.sensor_std_pitch},
+        frame.is_3d, options, report);
   }
   std::set<std::int64_t> seen;
   for (const auto& m : observation.sensedData) {
@@ -225,9 +226,10 @@ DetectionFrame read(const CObservationClassedBearingRange& observation,
   frame.fov_yaw = observation.fov_yaw;
   frame.fov_pitch = observation.fov_pitch;
   frame.class_names = observation.class_names;
-  const Eigen::Matrix3d covariance =
-      sensor_covariance(observation.detections, frame.has_range ? observation.std_range : 1.0F,
-                        observation.std_yaw, observation.std_pitch, frame.is_3d, options, report);
+  const Eigen::Matrix3d covariance = sensor_covariance(
+      observation.detections,
+      {frame.has_range ? observation.std_range : 1.0F, observation.std_yaw, observation.std_pitch},
+      frame.is_3d, options, report);
   std::set<std::int64_t> seen;
   for (const auto& m : observation.detections) {
     std::optional<std::int64_t> true_id;

@@ -150,11 +150,16 @@ std::vector<std::string> input_warnings(const IniFile& ini, const std::vector<Tr
   return out;
 }
 
+/// Whether the map says where on earth, or in which map, the robots are.
+bool lies_somewhere(const Session& session, const MapResult& result) {
+  return session.place().localizes() || result.datum;
+}
+
 /// Writes map and trajectories; returns warnings.
 std::vector<std::string> write_estimates(const OutputDirectory& out, const MapResult& result,
                                          const std::vector<RobotPart>& parts,
                                          const std::vector<Truth>& truths, const Session& session,
-                                         const ScanOutputs& scans, bool with_covariances) {
+                                         const ScanOutputs& scans) {
   const Mapper& mapper = session.mapper();
   std::vector<std::string> warnings = write_map(out, result, mapper.backend());
   for (std::string& warning : scans.write(out, result, mapper)) {
@@ -164,7 +169,7 @@ std::vector<std::string> write_estimates(const OutputDirectory& out, const MapRe
     warnings.push_back(std::move(warning));
   }
   write_paths(out, parts, scans.paths(), result, truths);
-  if (with_covariances) write_covariances(out, parts);
+  if (lies_somewhere(session, result)) write_covariances(out, parts);
   return warnings;
 }
 
@@ -217,13 +222,12 @@ bool may_repeat(const ReplayRequest& request, const ReplaySettings& settings) {
 
 /// A map and what it says about itself; it is written unless another is as good.
 Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, const Session& session,
-               const MapResult& result, const OutputDirectory& out, const Conditions& conditions,
-               Health agreement) {
+               const MapResult& result, const Conditions& conditions, Health agreement) {
   const int signal = session.signal();
   Attempt made;
   made.request = request;
   made.work = session.mapper().work();
-  made.outcome = {summarize(session, result), out.folder(), signal};
+  made.outcome = {summarize(session, result), {}, signal};
   made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
                                 [](const auto& r) { return r.source.correction.hides_ids; });
   made.may_measure = signal == 0 && may_measure(request, settings);
@@ -276,21 +280,21 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   }
   scans.draw(result, session.known());
   report.finish(session.mapper(), result, session.last().objective_after);
-  Attempt made = judged(request, settings, session, result, out, conditions,
+  Attempt made = judged(request, settings, session, result, conditions,
                         agreements(measured, views, with_map, mapper, result.trajectory));
+  made.outcome.folder = out.folder();
   Summary& summary = made.outcome.summary;
   if (!made.is_written) return made;
   tell_findings(settings, summary);
   session.place().tell(result, summary);
   tell(session.team(), summary);
-  const bool lies_somewhere = session.place().localizes() || result.datum;
   const std::vector<RobotPart> parts =
-      parts_of(result, mapper, tells_paths(truths) || lies_somewhere);
+      parts_of(result, mapper, tells_paths(truths) || lies_somewhere(session, result));
   adapt(truths, parts);
   compare_with_truth(settings, parts, truths, mapper, session.team(), summary);
   summary.provenance = provenance(request, settings, *ini);
   warn(summary, input_warnings(*ini, truths, parts, summary.provenance));
-  warn(summary, write_estimates(out, result, parts, truths, session, scans, lies_somewhere));
+  warn(summary, write_estimates(out, result, parts, truths, session, scans));
   summary.total_s = seconds_since(start);  // without pictures
   draw(request, out, result, parts, truths, movie);
   report.write(result, parts, truths, scans.drawn(), views_of(session.plugins()),

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -48,12 +49,13 @@ constexpr const char* kTransitionMeaning =
     "row by row (mode before), the probability of each mode after; empty: a mode lasts 20 "
     "keyframes, a second one 5";
 
-/// One number per mode.
+/// One number per mode; where none is given that of the `usual` ones, the second of two.
 std::vector<double> per_mode(IniSection& s, const std::string& key, std::size_t modes,
-                             const std::vector<double>& two, double otherwise,
-                             const std::string& meaning, const Interval& range) {
+                             const std::array<double, 2>& usual, const std::string& meaning,
+                             const Interval& range) {
   const auto given = s.get(key, std::vector<double>{}, meaning, range);
-  if (given.empty()) return modes == 2 ? two : std::vector<double>(modes, otherwise);
+  if (given.empty() && modes == 2) return {usual[0], usual[1]};
+  if (given.empty()) return std::vector<double>(modes, usual[0]);
   if (given.size() != modes) {
     s.fail(key, fmt::format("has {} numbers for {} modes", given.size(), modes));
   }
@@ -98,15 +100,15 @@ void read_modes(IniFile& ini, MotionOptions& options) {
   const std::size_t n = names.size();
   if (n == 1) s.fail("modes", "names one mode; give two or more, or none");
   const auto shares = per_mode(
-      s, "share", n, {1.0, 0.5}, 1.0,
+      s, "share", n, {1.0, 0.5},
       "per mode, which part of the measured motion is real; empty: 1, of a second mode 0.5",
       {0, 10});
   const auto sigmas = per_mode(
-      s, "share_sigma", n, {0.0, 0.3}, 0.0,
+      s, "share_sigma", n, {0.0, 0.3},
       "per mode, uncertainty of that part, beside the noise of odometry; empty: 0, of a second "
       "mode 0.3",
       {0, 10});
-  const auto angles = per_mode(s, "sigma_deg", n, {0.0, 3.0}, 0.0,
+  const auto angles = per_mode(s, "sigma_deg", n, {0.0, 3.0},
                                "per mode, noise added to the rotation [deg]; empty: 0, of a second "
                                "mode 3",
                                {0, 360});

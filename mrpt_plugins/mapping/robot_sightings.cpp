@@ -28,31 +28,6 @@ auto position_covariance(const Eigen::Matrix<double, 6, 6>& covariance) {
   return Eigen::Matrix<double, kDim, kDim>(covariance.topLeftCorner<kDim, kDim>());
 }
 
-/// The robot seen is at `share` of its motion. The noise of that is added to that of the sensor,
-/// once for each of the `together` sightings that have it in common: R / n + Q is what n sightings
-/// tell of one motion, and so are n independent ones of noise R + n Q.
-template <class Pose>
-ContinuousFactorPtr robot_sighting(Key observer, const DetectionFrame& frame,
-                                   const MeasuredPoint& measured, const RobotMotion& motion,
-                                   double share, double together, const Values& values, Loss loss) {
-  constexpr int kDim = Pose::Point::RowsAtCompileTime;
-  using Matrix = Eigen::Matrix<double, kDim, kDim>;
-  const Pose sensor = pose_in(frame.T_robot_sensor, Pose());
-  const Pose part = Pose::exp(share * pose_in(motion.motion, Pose()).log());
-  const Pose before = values.at<Pose>(motion.before);
-  Eigen::Matrix<double, kDim, Pose::kDim> by_observer;
-  Matrix by_point;
-  SensorView<Pose>(sensor).polar(values.at<Pose>(observer), before * part.translation(),
-                                 &by_observer, &by_point);
-  const Matrix by_offset = by_point * before.rotation().matrix();
-  const Matrix moved =
-      together * share * position_covariance<typename Pose::Point>(motion.covariance);
-  const Matrix noise = measured.covariance + by_offset * moved * by_offset.transpose();
-  return std::make_shared<RobotSighting<Pose>>(observer, motion.before, measured.z,
-                                               Noise::covariance(noise), sensor, part.translation(),
-                                               loss);
-}
-
 }  // namespace
 
 void RobotSightings::take(std::size_t observer, Key pose, double time,
@@ -71,6 +46,33 @@ void RobotSightings::take(std::size_t observer, Key pose, double time,
       waiting_.push_back({robot->second, pose, time, header, detection});
     }
   }
+}
+
+/// The robot seen is at a share of its motion. The noise of that is added to that of the sensor,
+/// once for each of the `together` sightings that have it in common: R / n + Q is what n sightings
+/// tell of one motion, and so are n independent ones of noise R + n Q.
+template <class Pose>
+ContinuousFactorPtr RobotSightings::factor(const Sighting& s, std::size_t together,
+                                           const RobotMotion& motion, const Values& values) const {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  using Matrix = Eigen::Matrix<double, kDim, kDim>;
+  const double length = motion.to - motion.from;
+  const double share = length > 0 ? std::clamp((s.time - motion.from) / length, 0.0, 1.0) : 0.0;
+  const MeasuredPoint measured = measured_point(s.detection, kDim == 3);
+  const Pose sensor = pose_in(s.frame.T_robot_sensor, Pose());
+  const Pose part = Pose::exp(share * pose_in(motion.motion, Pose()).log());
+  const Pose before = values.at<Pose>(motion.before);
+  Eigen::Matrix<double, kDim, Pose::kDim> by_observer;
+  Matrix by_point;
+  SensorView<Pose>(sensor).polar(values.at<Pose>(s.pose), before * part.translation(), &by_observer,
+                                 &by_point);
+  const Matrix by_offset = by_point * before.rotation().matrix();
+  const Matrix moved = static_cast<double>(together) * share *
+                       position_covariance<typename Pose::Point>(motion.covariance);
+  const Matrix noise = measured.covariance + by_offset * moved * by_offset.transpose();
+  return std::make_shared<RobotSighting<Pose>>(s.pose, motion.before, measured.z,
+                                               Noise::covariance(noise), sensor, part.translation(),
+                                               loss_);
 }
 
 std::vector<ContinuousFactorPtr> RobotSightings::met(std::size_t robot, const RobotMotion& motion,
@@ -93,7 +95,10 @@ std::vector<ContinuousFactorPtr> RobotSightings::met(std::size_t robot, const Ro
     }
   }
   std::vector<ContinuousFactorPtr> out;
-  for (const Sighting* s : used) out.push_back(factor(*s, used.size(), motion, values, is_3d));
+  for (const Sighting* s : used) {
+    out.push_back(is_3d ? factor<SE3>(*s, used.size(), motion, values)
+                        : factor<SE2>(*s, used.size(), motion, values));
+  }
   used_ += used.size();
   waiting_.erase(rest, waiting_.end());
   return out;
@@ -106,17 +111,6 @@ void RobotSightings::miss(std::size_t robot, double until) {
   const auto count = static_cast<std::size_t>(waiting_.end() - rest);
   if (count > 0) dropped_["robot sighting dropped: no odometry of that robot"] += count;
   waiting_.erase(rest, waiting_.end());
-}
-
-ContinuousFactorPtr RobotSightings::factor(const Sighting& s, std::size_t together,
-                                           const RobotMotion& motion, const Values& values,
-                                           bool is_3d) const {
-  const auto n = static_cast<double>(together);
-  const double length = motion.to - motion.from;
-  const double share = length > 0 ? std::clamp((s.time - motion.from) / length, 0.0, 1.0) : 0.0;
-  const MeasuredPoint measured = measured_point(s.detection, is_3d);
-  return is_3d ? robot_sighting<SE3>(s.pose, s.frame, measured, motion, share, n, values, loss_)
-               : robot_sighting<SE2>(s.pose, s.frame, measured, motion, share, n, values, loss_);
 }
 
 std::map<std::string, std::size_t> RobotSightings::dropped() const {

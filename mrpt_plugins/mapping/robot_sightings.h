@@ -63,8 +63,9 @@ class RobotSightings {
   };
 
   /// Of one of the sightings that were made `together`, during one motion.
+  template <class Pose>
   ContinuousFactorPtr factor(const Sighting& sighting, std::size_t together,
-                             const RobotMotion& motion, const Values& values, bool is_3d) const;
+                             const RobotMotion& motion, const Values& values) const;
 
   Loss loss_;
   std::deque<Sighting> waiting_;

@@ -37,22 +37,11 @@ Points moved(const SE3& T, Points points) {
   return points;
 }
 
-struct Bounds {
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300);
-  Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e300);
-  void add(const Points& points) {
-    for (const Eigen::Vector3d& p : points) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-};
-
-Axis axis(const Bounds& bounds, int index, const std::string& unit) {
-  const double room = std::max(1e-6, 0.04 * (bounds.high - bounds.low).maxCoeff());
+Axis axis(const Eigen::AlignedBox3d& bounds, int index, const std::string& unit) {
+  const double room = std::max(1e-6, 0.04 * bounds.sizes().maxCoeff());
   Axis result;
   result.label = fmt::format("{} ({})", "xyz"[index], unit);
-  result.range = {{bounds.low[index] - room, bounds.high[index] + room}};
+  result.range = {{bounds.min()[index] - room, bounds.max()[index] + room}};
   return result;
 }
 
@@ -65,12 +54,16 @@ void scatter(Canvas& canvas, const Axes& axes, const View& view, const Points& p
   }
 }
 
-void draw_panel(Canvas& canvas, const Box& box, const View& view, const std::string& heading,
-                const Bounds& bounds, const std::string& unit, const Points& target,
-                const Points& source) {
+Axes axes_of(const Box& box, const View& view, const Eigen::AlignedBox3d& bounds,
+             const std::string& unit) {
   Axis x = axis(bounds, view.x, unit), y = axis(bounds, view.y, unit);
   Axes::equalize(box, x, y);
-  const Axes axes(box, x, y);
+  return Axes(box, x, y);
+}
+
+void draw_panel(Canvas& canvas, const Axes& axes, const View& view, const std::string& heading,
+                const Points& target, const Points& source) {
+  const Box& box = axes.box();
   axes.draw(canvas);
   const double radius = target.size() + source.size() < 3000 ? 2.0 : 0.5;
   canvas.clip(box);
@@ -103,11 +96,10 @@ void draw_head(Canvas& canvas, int width, const Overlay& overlay, bool thinned_a
 Image overlay_image(const Overlay& overlay) {
   const Points target = thinned(overlay.target), source = thinned(overlay.source);
   const Points sources[] = {moved(overlay.before, source), moved(overlay.after, source)};
-  Bounds bounds, of_target;
-  of_target.add(target);
-  bounds.add(target);
-  for (const Points& points : sources) bounds.add(points);
-  const Eigen::Vector3d size = of_target.high - of_target.low;
+  const auto itself = [](const Eigen::Vector3d& p) { return p; };
+  Eigen::AlignedBox3d bounds = box_of(target, itself);
+  const Eigen::Vector3d size = bounds.sizes();
+  for (const Points& points : sources) bounds.extend(box_of(points, itself));
   const bool flat = size.z() <= 1e-6 * size.maxCoeff();
   const int views = flat ? 1 : 3;
 
@@ -126,7 +118,8 @@ Image overlay_image(const Overlay& overlay) {
       const Box box{left + 105, upper, left + cell_width - 15, upper + cell_height - 115};
       const std::string heading =
           fmt::format("{}, seen {}", state == 0 ? "Before" : "After", kViews[v].name);
-      draw_panel(canvas, box, kViews[v], heading, bounds, overlay.unit, target, sources[state]);
+      draw_panel(canvas, axes_of(box, kViews[v], bounds, overlay.unit), kViews[v], heading, target,
+                 sources[state]);
     }
   }
   return canvas.image();

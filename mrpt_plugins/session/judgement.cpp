@@ -137,19 +137,20 @@ double badness(const Health& health, const std::string& name) {
 
 }  // namespace
 
+std::ptrdiff_t count_judged(const Health& health) {
+  return std::count_if(health.begin(), health.end(), [](const HealthEntry& entry) {
+    return entry.verdict != HealthVerdict::kNotJudged && !entry.of_calibration;
+  });
+}
+
 bool is_better(const Health& a, const Health& b) {
   const HealthVerdict level = worst(b);
   const auto is_of_level = [level](const HealthEntry& entry) { return entry.verdict == level; };
   const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
     return entry.verdict > level || badness(entry) > kAlike * badness(b, entry.name);
   });
-  const auto is_judged = [](const HealthEntry& entry) {
-    return entry.verdict != HealthVerdict::kNotJudged && !entry.of_calibration;
-  };
   // A map of which less can be asked is not better for that.
-  return !is_worse &&
-         std::count_if(a.begin(), a.end(), is_judged) >=
-             std::count_if(b.begin(), b.end(), is_judged) &&
+  return !is_worse && count_judged(a) >= count_judged(b) &&
          std::count_if(a.begin(), a.end(), is_of_level) <
              std::count_if(b.begin(), b.end(), is_of_level);
 }

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <cstddef>
+
 #include "mrpt_plugins/health/health.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/settings/replay_settings.h"
@@ -15,6 +17,10 @@ namespace HYBRID_API hybrid {
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
                  double repeated_stamps, const Mapper& mapper, const MapResult& result,
                  Health agreement);
+
+/// How many checks of a map are judged, but for those of what is estimated only where that is
+/// asked.
+std::ptrdiff_t count_judged(const Health& health);
 
 /// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
 /// where none of the other's is bad, fewer are doubtful. One that fewer checks ask of is not.

@@ -62,11 +62,8 @@ bool is_judged(const Health& health) {
 bool is_right_without(const Health& a, const Health& other) {
   const auto others = [](const Health& health) {
     const std::vector<double> agreement = agreement_values(health);
-    const auto all = std::count_if(health.begin(), health.end(), [](const HealthEntry& entry) {
-      return entry.verdict != HealthVerdict::kNotJudged && !entry.of_calibration;
-    });
-    return all - std::count_if(agreement.begin(), agreement.end(),
-                               [](double value) { return std::isfinite(value); });
+    return count_judged(health) - std::count_if(agreement.begin(), agreement.end(),
+                                                [](double value) { return std::isfinite(value); });
   };
   return worst(a) < HealthVerdict::kBad && others(a) > 0 && others(a) >= others(other);
 }

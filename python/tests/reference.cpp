@@ -95,8 +95,7 @@ void online(const World& world) {
 
 /// What is proven of a result of which the first closure is accepted.
 void prove(const RobustProblem& problem, const RobustResult& result) {
-  std::vector<bool> accepted;
-  for (const ClosureDecision& decision : result.decisions) accepted.push_back(decision.accepted());
+  const std::vector<bool> accepted = accepted_closures(result.decisions);
   const ObjectiveBound bound = bound_objective(problem, result.values, accepted, {}, 20);
   const double bounds[] = {bound.bound, bound.gap, double(bound.solves), double(bound.complete)};
   print("bound", bounds, 4);

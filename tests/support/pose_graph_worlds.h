@@ -19,12 +19,6 @@ struct World {
   Values truth;
 };
 
-inline HybridGraph graph_of(const std::vector<ContinuousFactorPtr>& factors) {
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : factors) graph.add(factor);
-  return graph;
-}
-
 /// Standard deviations of a relative pose.
 struct Sigmas {
   double translation = 0.1;  // [m]

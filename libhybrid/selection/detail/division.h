@@ -51,9 +51,8 @@ inline bool is_absolute(const ContinuousFactor& factor) {
 }
 
 inline Division::Division(const RobustProblem& problem) {
-  HybridGraph graph;
+  const HybridGraph graph(problem.trusted);
   for (const ContinuousFactorPtr& factor : problem.trusted) {
-    graph.add(factor);
     for (const Key key : factor->keys()) parts.join(factor->keys()[0], key);
   }
   find_names(problem);

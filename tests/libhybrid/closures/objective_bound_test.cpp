@@ -30,11 +30,7 @@ Best enumerate(const RobustProblem& problem, const std::vector<Values>& starts,
   for (std::size_t bits = 0; bits < (std::size_t{1} << count); ++bits) {
     std::vector<bool> accepted(count);
     for (std::size_t k = 0; k < count; ++k) accepted[k] = (bits >> k & 1) != 0;
-    HybridGraph graph;
-    for (const auto& factor : problem.trusted) graph.add(factor);
-    for (std::size_t k = 0; k < count; ++k) {
-      if (accepted[k]) graph.add(problem.closures[k]);
-    }
+    const HybridGraph graph(factors_in_force(problem, accepted));
     for (const Values& start : starts) {
       SolverOptions options;
       options.threads = 1;

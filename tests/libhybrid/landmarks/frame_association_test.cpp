@@ -46,8 +46,8 @@ struct Look {
   FrameCandidates candidates() {
     const std::vector<DetectionFrame> frames = {frame};
     const KeyframeView view = world.keyframe(Key(key_letter::kPose, 1000), frames);
-    return find_candidates(view, frame, phi, world.map(), coverage, world.classes, options,
-                           recent_since, views, world.tracks);
+    return find_candidates(view, frame, phi, world.map(),
+                           {options, coverage, world.classes, views, recent_since, world.tracks});
   }
   std::vector<FrameHypothesis> hypotheses() { return find_hypotheses(candidates(), options); }
 };

@@ -9,7 +9,6 @@
 
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/linear_motion.h"
-#include "libhybrid/marginals/continuous.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/dense_graph.h"
 #include "tests/support/random.h"
@@ -210,82 +209,6 @@ TEST(Evidence, OfAnImpossibleAssignmentIsMinusInfinity) {
   estimate.values.insert(kA, Vector1(0.0));
   estimate.assignment.set(kMode.key, 1);
   EXPECT_EQ(*log_evidence(graph, estimate).log, -INFINITY);
-}
-
-/// A random linear graph of points in the plane: a chain from a prior, and some cross-links.
-struct LinearWorld {
-  HybridGraph graph;
-  Values values;
-
-  explicit LinearWorld(int seed) {
-    Random random(seed);
-    for (int i = 0; i < 6; ++i) values.insert(testing::pose(i), Eigen::Vector2d(i, 0.0));
-    graph.emplace<Prior<Eigen::Vector2d>>(testing::pose(0), random.vector<2>(),
-                                          random.noise(2, 1.0));
-    for (int i = 1; i < 6; ++i) graph.add(link(random, i - 1, i));
-    for (int k = 0; k < 3; ++k) graph.add(link(random, random.below(3), 3 + random.below(3)));
-  }
-  static ContinuousFactorPtr link(Random& random, int a, int b) {
-    Eigen::Matrix2d F;
-    F << random.vector<2>(1.0), random.vector<2>(1.0);
-    return std::make_shared<LinearMotion<2>>(testing::pose(a), testing::pose(b), F,
-                                             random.vector<2>(2.0), random.noise(2, 0.5));
-  }
-  double evidence(const HybridGraph& g) {
-    values = solved(g, {values, {}}).values;
-    return *log_evidence(g, {values, {}}).log;
-  }
-};
-
-// Exact for linear factors, however large the change.
-TEST(EvidenceChange, IsTheDifferenceOfTheEvidencesOfLinearGraphs) {
-  for (int seed = 1; seed <= 20; ++seed) {
-    Random random(100 + seed);
-    LinearWorld world(seed);
-    const ContinuousFactorPtr from = LinearWorld::link(random, 1, 4);
-    const ContinuousFactorPtr to = LinearWorld::link(random, 4, 2);
-    HybridGraph with = world.graph, other = world.graph;
-    with.add(from);
-    other.add(to);
-    const std::vector<Key> keys = {testing::pose(1), testing::pose(4), testing::pose(2)};
-    const double before = world.evidence(world.graph);
-    const auto change = [&](const HybridGraph& graph, const ContinuousFactorPtr& a,
-                            const ContinuousFactorPtr& b) {
-      world.evidence(graph);  // brings the values to the optimum
-      const ContinuousMarginals marginals(graph, {world.values, {}});
-      return *log_evidence_change(keys, marginals.joint_covariance(keys), world.values, a.get(),
-                                  b.get());
-    };
-    EXPECT_NEAR(change(world.graph, nullptr, from), world.evidence(with) - before, 1e-8);
-    EXPECT_NEAR(change(with, from, nullptr), before - world.evidence(with), 1e-8);
-    EXPECT_NEAR(change(with, from, to), world.evidence(other) - world.evidence(with), 1e-8);
-    EXPECT_NEAR(change(with, from, from), 0.0, 1e-12);
-  }
-}
-
-// Between components of very unequal noise, and nothing else to hold the variable.
-TEST(EvidenceChange, BearsADirectionOfWhichOnlyTheFactorTells) {
-  for (const double sigma : {1e-2, 1e2}) {
-    HybridGraph graph;
-    graph.add(prior(kA, 0.0, 1.0));
-    const ContinuousFactorPtr from = motion(kA, kB, 0.0, 1.0), to = motion(kA, kB, 5.0, sigma);
-    graph.add(from);
-    const Values values = solved(graph, two_scalars(0, 0)).values;
-    const Eigen::MatrixXd P = ContinuousMarginals(graph, {values, {}}).joint_covariance({kA, kB});
-    EXPECT_NEAR(*log_evidence_change({kA, kB}, P, values, from.get(), to.get()), 0.0, 1e-9);
-    EXPECT_FALSE(log_evidence_change({kA, kB}, P, values, from.get(), nullptr).has_value());
-  }
-}
-
-TEST(EvidenceChange, RefusesAVariableWithoutCovariance) {
-  const ContinuousFactorPtr factor = motion(kA, kB, 0.0, 1.0);
-  const Values values = two_scalars(0, 0).values;
-  EXPECT_THROW(
-      log_evidence_change({kA}, Eigen::MatrixXd::Identity(1, 1), values, nullptr, factor.get()),
-      Error);
-  EXPECT_THROW(
-      log_evidence_change({kA, kB}, Eigen::MatrixXd::Identity(3, 3), values, nullptr, factor.get()),
-      Error);
 }
 
 }  // namespace

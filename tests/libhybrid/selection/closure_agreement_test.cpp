@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 
+#include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/pose_graph/pose_graph.h"
@@ -70,10 +71,7 @@ struct Town {
   }
 
   ClosureAgreement agreement(const Values& start) const {
-    HybridGraph graph = worlds::graph_of(problem.trusted);
-    for (std::size_t k = 0; k < accepted.size(); ++k) {
-      if (accepted[k]) graph.add(problem.closures[k]);
-    }
+    const HybridGraph graph(factors_in_force(problem, accepted));
     const Values values = levenberg_marquardt(graph, {start, {}}).values;
     return agreement_of_closures(problem, values, accepted);
   }

@@ -36,8 +36,7 @@ CorruptedGraph doubtful_laps(unsigned seed) {
 /// log p of what is trusted, of the accepted closures but one, and of a factor for that one.
 double evidence(const RobustProblem& problem, const std::vector<bool>& accepted, std::size_t but,
                 const ContinuousFactorPtr& factor) {
-  HybridGraph graph;
-  for (const auto& trusted : problem.trusted) graph.add(trusted);
+  HybridGraph graph(problem.trusted);
   for (std::size_t k = 0; k < accepted.size(); ++k) {
     if (accepted[k] && k != but) graph.add(problem.closures[k]);
   }

@@ -192,8 +192,7 @@ TEST(ClosureSelection, FlagsWhatNothingElseChecks) {
 TEST(ClosureSelection, RedundancyIsTheReducedIdentity) {
   const RobustProblem problem = problem_of(drive(60, 0, 5).graph);
   const RobustResult robust = select_closures(problem);
-  HybridGraph graph;
-  for (const auto& factor : problem.trusted) graph.add(factor);
+  HybridGraph graph(problem.trusted);
   for (const auto& closure : problem.closures) graph.add(closure);
   Problem all(graph, robust.values, {});
   const Problem::State state = all.load(robust.values);

@@ -12,8 +12,7 @@ namespace {
 
 /// The cost with all true closures, from the truth.
 double planted_cost(const worlds::World& world) {
-  HybridGraph graph;
-  for (const auto& factor : to_factors(world.graph, world.truth)) graph.add(factor);
+  const HybridGraph graph(to_factors(world.graph, world.truth));
   return levenberg_marquardt(graph, {world.truth, {}}).report.final_cost();
 }
 

@@ -98,7 +98,7 @@ TEST(Certificate, OnlyIsotropicNoiseWithoutLossesIsProven) {
     SolverOptions options;
     options.threads = 1;
     const SolverResult found =
-        levenberg_marquardt(worlds::graph_of(factors), {world.truth, {}}, options);
+        levenberg_marquardt(HybridGraph(factors), {world.truth, {}}, options);
     return certify(factors, found.values);
   };
   Eigen::VectorXd scale = Eigen::VectorXd::Ones(6);

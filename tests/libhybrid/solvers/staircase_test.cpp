@@ -20,7 +20,7 @@ struct Climb : StaircaseResult {
 
 Climb climb_from(const PoseGraph& graph, const Values& start) {
   const std::vector<ContinuousFactorPtr> factors = to_factors(graph, start);
-  const HybridGraph all = worlds::graph_of(factors);
+  const HybridGraph all(factors);
   SolverOptions options;
   options.max_iterations = 60;
   options.threads = 1;
@@ -84,8 +84,7 @@ TEST(Staircase, AVerifiedEstimateStaysAsItIs) {
   const std::vector<ContinuousFactorPtr> factors = to_factors(world.graph, world.truth);
   SolverOptions options;
   options.relative_decrease = 1e-9;
-  const Values best =
-      levenberg_marquardt(worlds::graph_of(factors), {world.truth, {}}, options).values;
+  const Values best = levenberg_marquardt(HybridGraph(factors), {world.truth, {}}, options).values;
   const StaircaseResult climbed = climb_staircase(factors, best);
   EXPECT_TRUE(climbed.certificate.verified);
   EXPECT_EQ(climbed.levels, 0);

@@ -24,15 +24,15 @@ SolverOptions exact_solver() {
 StartsResult solve(const PoseGraph& graph, const std::string& name, const Values& initial,
                    const SolverOptions& options = exact_solver()) {
   const std::vector<ContinuousFactorPtr> factors = to_factors(graph, initial);
-  return solve_from_starts(worlds::graph_of(factors),
-                           pose_graph_starts(graph, factors, name, initial), options);
+  return solve_from_starts(HybridGraph(factors), pose_graph_starts(graph, factors, name, initial),
+                           options);
 }
 
 /// Of Levenberg-Marquardt alone.
 double cost_from(const PoseGraph& graph, const Values& initial, int iterations = 300) {
   SolverOptions options = exact_solver();
   options.max_iterations = iterations;
-  return levenberg_marquardt(worlds::graph_of(to_factors(graph, initial)), {initial, {}}, options)
+  return levenberg_marquardt(HybridGraph(to_factors(graph, initial)), {initial, {}}, options)
       .report.final_cost();
 }
 
@@ -99,7 +99,7 @@ TEST(Starts, NoOtherIsTriedWhereNoiseExplainsTheFirst) {
   const World world = worlds::town(400, 6, 0.3, {0.05, 0.02}, 3);
   const Values odometry = initialize_from_odometry(world.graph);
   std::vector<ContinuousFactorPtr> factors = to_factors(world.graph, odometry);
-  const HybridGraph graph = worlds::graph_of(factors);
+  const HybridGraph graph(factors);
   const auto never = []() -> Values { throw Error("this start was wanted"); };
   const StartsResult result = solve_from_starts(
       graph, {{"odometry", [&] { return odometry; }}, {"other", never}}, exact_solver());
@@ -112,7 +112,7 @@ TEST(Starts, NoOtherIsTriedWhereNoiseExplainsTheFirst) {
 TEST(Starts, NoiseExplainsTheTruthAndNoGrossError) {
   World world = worlds::torus(12, 20, {0.1, 0.05}, 5);
   const auto explained = [&] {
-    const HybridGraph graph = worlds::graph_of(to_factors(world.graph, world.truth));
+    const HybridGraph graph(to_factors(world.graph, world.truth));
     Problem problem(graph, world.truth, {});
     Problem::State state = problem.load(world.truth);
     levenberg_marquardt(problem, state);
