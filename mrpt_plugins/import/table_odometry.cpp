@@ -105,6 +105,7 @@ TableOdometry::TableOdometry(const std::string& path) : path_(path) {
 void TableOdometry::finish(LogWriter& log) {
   while (after_) pass();
   if (seems_real_part_first(poses_)) log.note(about_real_part_first(path_));
+  if (gaps_ > 0) log.drop(OdometryGap::kMissing, gaps_);
   if (repeated_ > 0) {
     log.note(fmt::format("{}: {} rows have the time of the row above", path_, repeated_));
   }
@@ -112,9 +113,8 @@ void TableOdometry::finish(LogWriter& log) {
 
 std::optional<CPose3D> TableOdometry::at(double time) {
   while (after_ && after_->time < time) pass();
-  if (is_new_ && before_ && time > before_->time && after_ && time < after_->time) {
-    return std::nullopt;
-  }
+  const bool is_between = before_ && time > before_->time && after_ && time < after_->time;
+  if (is_between && (is_new_ || has_gap_)) return std::nullopt;
   if (!before_ || time < before_->time) return std::nullopt;
   frame_ = is_new_ && time == before_->time ? resets_ - 1 : resets_;
   if (time == before_->time) return before_->pose;
@@ -137,6 +137,9 @@ void TableOdometry::advance() {
     note_place(after_->pose);
   }
   if (before_ && after_ && after_->time == before_->time) ++repeated_;
+  if (is_new_) gap_.start_anew();
+  has_gap_ = after_ && gap_.before(after_->time, to_isometry(after_->pose));
+  if (has_gap_) ++gaps_;
 }
 
 /// Notes whether odometry starts anew at its next pose.

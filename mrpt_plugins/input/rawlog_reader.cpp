@@ -237,6 +237,8 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryR
     ++warnings_[OdometryReset::kDropped];
     start_odometry_anew();
   }
+  has_gap_ = gap_.before(time, pose.isometry());
+  if (has_gap_) ++warnings_[OdometryGap::kMissing];
   before_ = after_;
   if (after_ && !is_within_reach(*after_, {time, pose})) between_.lose(after_->time);
   after_ = {time, pose};
@@ -254,6 +256,7 @@ void RawlogReader::start_odometry_anew() {
   after_.reset();
   last_pose_.reset();
   between_.lose(std::numeric_limits<double>::infinity());
+  gap_.start_anew();
 }
 
 void RawlogReader::release_until(double time) {
@@ -266,7 +269,7 @@ void RawlogReader::release_front() {
   if (after_ && before_ && !is_within_reach(*before_, *after_)) {
     ++warnings_[kTooFar];  // one of the two is wrong, but it is unknown which
     last_pose_.reset();
-  } else if (after_ && is_beyond_odometry(step.time)) {
+  } else if (after_ && (is_beyond_odometry(step.time) || is_in_gap(step.time))) {
     last_pose_.reset();
   } else if (after_ && before_ && after_->time > before_->time) {
     const double fraction = (step.time - before_->time) / (after_->time - before_->time);
@@ -313,6 +316,11 @@ bool RawlogReader::is_beyond_odometry(double time) const {
   const double first = before_ ? before_->time : after_->time;
   const double most = before_ ? 2 * (after_->time - first) : options_.period;
   return std::max(first - time, time - after_->time) > most;
+}
+
+/// Whether a time is where poses are missing while the robot moved.
+bool RawlogReader::is_in_gap(double time) const {
+  return has_gap_ && before_ && before_->time < time && time < after_->time;
 }
 
 void RawlogReader::drop_implausible(LogStep& step) {

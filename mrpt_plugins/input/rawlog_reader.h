@@ -17,6 +17,7 @@
 
 #include "mrpt_plugins/input/arrival_order.h"
 #include "mrpt_plugins/input/odometry.h"
+#include "mrpt_plugins/input/odometry_gap.h"
 #include "mrpt_plugins/input/odometry_reading.h"
 #include "mrpt_plugins/input/odometry_reset.h"
 #include "mrpt_plugins/input/poses_between.h"
@@ -129,6 +130,7 @@ class RawlogReader {
   double reach(double time) const;
   bool is_within_reach(const TimedOdometry& before, const TimedOdometry& after) const;
   bool is_beyond_odometry(double time) const;
+  bool is_in_gap(double time) const;
   void drop_implausible(LogStep& step);
   double time_of(mrpt::system::TTimeStamp stamp);
   double advance_to(double time);
@@ -156,6 +158,8 @@ class RawlogReader {
   // Observations only.
   std::deque<LogStep> waiting_;  // for later odometry
   std::optional<TimedOdometry> before_, after_;
+  OdometryGap gap_;
+  bool has_gap_ = false;                      // poses are missing between those two
   std::optional<OdometryReading> last_pose_;  // odometry at the last released step
   PosesBetween between_;
   ArrivalOrder<LoggedObservation> arrivals_;

@@ -15,6 +15,7 @@
 #include "mrpt_plugins/bridge/timed_pose.h"
 #include "mrpt_plugins/import/detail/named_table.h"
 #include "mrpt_plugins/import/log_writer.h"
+#include "mrpt_plugins/input/odometry_gap.h"
 #include "mrpt_plugins/input/odometry_reset.h"
 
 namespace hybrid {
@@ -56,8 +57,8 @@ class TableOdometry {
   /// Reads what is left, so that a fault there is told as well, and notes what is odd about it.
   void finish(LogWriter& log);
 
-  /// The pose at `time`; empty before the first pose and after the last one, and where it starts
-  /// anew.
+  /// The pose at `time`; empty before the first pose and after the last one, where it starts anew,
+  /// and where poses are missing while it moves.
   std::optional<mrpt::poses::CPose3D> at(double time);
 
  private:
@@ -71,8 +72,10 @@ class TableOdometry {
   std::optional<NamedTable> table_;
   std::vector<TimedPose> poses_;  // of a file with quaternions
   OdometryReset reset_;
-  bool is_new_ = false;  // whether it starts anew at `after_`
-  std::size_t resets_ = 0, frame_ = 0, repeated_ = 0;
+  bool is_new_ = false;   // whether it starts anew at `after_`
+  bool has_gap_ = false;  // poses are missing between `before_` and `after_`
+  OdometryGap gap_;
+  std::size_t resets_ = 0, frame_ = 0, repeated_ = 0, gaps_ = 0;
   std::size_t read_ = 0;  // poses of `poses_` used so far
   bool is_3d_ = false;
   double start_ = 0;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mrpt_plugins/import/detection_tables.h"
+#include "mrpt_plugins/input/odometry_gap.h"
 #include "tests/mrpt_plugins/import/import_files.h"
 
 namespace hybrid {
@@ -254,6 +255,19 @@ TEST_F(TableConventions, OdometryThatStartsAnewIsMissingThere) {
     }
   }
   EXPECT_EQ(missing, 2U);  // the first one, and where it starts anew
+}
+
+TEST_F(TableConventions, WhatIsSeenWhereOdometryIsMissingIsLeftOut) {
+  std::string odometry = "time,x,y,yaw\n", detections = "time,range,yaw\n";
+  for (int i = 0; i < 100; ++i) {
+    if (i < 40 || i > 60) odometry += fmt::format("{},{},0,0\n", i, 0.5 * i);
+    detections += fmt::format("{},3,0\n", i + 0.5);
+  }
+  const ImportReport report = imported(odometry, detections);
+  EXPECT_EQ(report.dropped.at(OdometryGap::kMissing), 1U);
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 99U - 21U);
+  EXPECT_NEAR(all[40].odometry->mean.x(), 11, 1e-6);  // what is known across it is used
 }
 
 }  // namespace

@@ -172,6 +172,48 @@ TEST(OdometryReset, ARobotThatDrivesBackToItsStartDoesNotStartAnew) {
   EXPECT_FALSE(jump.at({5, 5, 0}));
 }
 
+TEST(LogConventions, WhereOdometryIsMissingWhileTheRobotMovesItIsNotAStraightLine) {
+  const TemporaryFile log("gap.rawlog");
+  Objects objects;
+  for (int i = 0; i < 100; ++i) {
+    const double x = i < 50 ? 0.5 * i : 25, y = i < 50 ? 0 : 0.5 * (i - 50);  // around a corner
+    if (i < 40 || i > 60) objects.push_back(absolute_odometry(i, {x, y, i < 50 ? 0 : M_PI / 2}));
+    objects.push_back(observation(i + 0.5));
+  }
+  write_log(log.path(), objects);
+  RawlogReader reader(log.path());
+  std::size_t missing = 0;
+  while (const auto step = reader.next()) {
+    if (!step->odometry) {
+      ++missing;
+    } else {
+      EXPECT_LE(std::abs(step->odometry->mean.x()), 0.5 + 1e-9) << step->index;
+    }
+  }
+  EXPECT_EQ(missing, 1U + 21U + 1U);  // the first one, those in the gap, and that behind it
+  EXPECT_EQ(reader.warnings().at(OdometryGap::kMissing), 1U);
+}
+
+TEST(OdometryGap, IsWhereTheRobotMovedForLongerThanUsual) {
+  const auto count = [](const std::vector<std::pair<double, double>>& poses) {
+    OdometryGap gap;
+    int found = 0;
+    for (const auto& [time, x] : poses) {
+      found += gap.before(time, Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0)));
+    }
+    return found;
+  };
+  std::vector<std::pair<double, double>> even, standing, bursts;
+  for (int i = 0; i < 100; ++i) {
+    even.emplace_back(i < 50 ? 0.1 * i : 0.1 * i + 5, i < 50 ? 0.05 * i : 0.05 * i + 2.5);
+    standing.emplace_back(even.back().first, 0.05 * i);
+    bursts.emplace_back(0.2 * (i / 10) + 0.001 * (i % 10), 0.02 * i);
+  }
+  EXPECT_EQ(count(even), 1);
+  EXPECT_EQ(count(standing), 0);
+  EXPECT_EQ(count(bursts), 0);
+}
+
 TEST(LogConventions, AClockThatIsTooCoarseIsSaid) {
   const TemporaryFile log("coarse.rawlog");
   const auto says = [&](double tick) {
