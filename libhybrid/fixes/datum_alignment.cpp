@@ -17,8 +17,7 @@ constexpr std::size_t kTried = 24;  // pairs, any two of which give a hypothesis
 constexpr double kDrift = 0.03;     // of odometry, as a share of the way between two pairs
 constexpr double kAgree = 3;        // sigmas
 constexpr int kRounds = 10;         // of least squares
-/// Of so many pairs that tell nothing the sigmas may be stated too large by this factor.
-constexpr double kMany = 40, kTooLarge = 4;
+constexpr double kStated = 1;       // pairs, as which the sigmas that are stated count
 
 /// A turn about the vertical and a shift in the plane.
 struct Planar {
@@ -68,6 +67,20 @@ std::vector<bool> agreeing(const std::vector<DatumPair>& pairs, const Planar& T,
   return out;
 }
 
+/// Of the errors of some pairs, relative to their sigmas, which may be stated too large.
+double variance(const std::vector<DatumPair>& pairs, const std::vector<bool>& used,
+                const Planar& T) {
+  double squares = 2 * kStated, numbers = 2 * kStated - 3;  // three are fitted
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!used[i]) continue;
+    const double sigma = pairs[i].sigma;
+    squares += (T * pairs[i].in_map.head<2>() - pairs[i].in_datum.head<2>()).squaredNorm() /
+               (sigma * sigma);
+    numbers += 2;
+  }
+  return std::min(1.0, squares / numbers);
+}
+
 /// Numbers below n without an order in which every third, say, is false; the same for the same n.
 std::vector<std::size_t> some_of(std::size_t n) {
   std::minstd_rand random;
@@ -81,9 +94,11 @@ std::size_t count(const std::vector<bool>& which) {
   return static_cast<std::size_t>(std::count(which.begin(), which.end(), true));
 }
 
-/// Aligns by the sigmas of the pairs.
-std::optional<Eigen::Isometry3d> align(const std::vector<DatumPair>& pairs,
-                                       double most_sigma_turn) {
+}  // namespace
+
+std::optional<Eigen::Isometry3d> align_to_datum(const std::vector<DatumPair>& pairs,
+                                                double most_sigma_turn) {
+  if (pairs.size() < 3) return std::nullopt;
   double way = 0;
   for (std::size_t i = 1; i < pairs.size(); ++i) {
     way += (pairs[i].in_map - pairs[i - 1].in_map).norm();
@@ -118,7 +133,9 @@ std::optional<Eigen::Isometry3d> align(const std::vector<DatumPair>& pairs,
   }
   // Errors that last do not average out: each sighting of the direction is worth one fix.
   const double mean_spread = spread / static_cast<double>(count(best));
-  if (mean_spread * most_sigma_turn * most_sigma_turn < 1) return std::nullopt;
+  if (mean_spread * most_sigma_turn * most_sigma_turn < variance(pairs, best, T)) {
+    return std::nullopt;
+  }
   std::vector<double> heights;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (best[i]) heights.push_back(pairs[i].in_datum.z() - pairs[i].in_map.z());
@@ -126,18 +143,6 @@ std::optional<Eigen::Isometry3d> align(const std::vector<DatumPair>& pairs,
   Eigen::Isometry3d out(Eigen::AngleAxisd(T.turn, Eigen::Vector3d::UnitZ()));
   out.translation() << T.shift, median(std::move(heights));
   return out;
-}
-
-}  // namespace
-
-std::optional<Eigen::Isometry3d> align_to_datum(std::vector<DatumPair> pairs,
-                                                double most_sigma_turn) {
-  if (pairs.size() < 3) return std::nullopt;
-  for (auto enough = static_cast<double>(pairs.size());; enough /= kTooLarge) {
-    if (const auto found = align(pairs, most_sigma_turn)) return found;
-    if (enough < kMany) return std::nullopt;
-    for (DatumPair& pair : pairs) pair.sigma /= kTooLarge;
-  }
 }
 
 }  // namespace hybrid

@@ -19,9 +19,10 @@ struct DatumPair {
 
 /// T_datum_map, a turn about the vertical and a shift, on which most pairs agree, within three
 /// sigmas and what odometry drifts by. Nothing where no more than half do, or where the path is too
-/// short to tell the direction to `most_sigma_turn` [rad]. Where forty pairs do not tell it,
-/// their sigmas may be too large. Costs the number of pairs; the same pairs give the same.
-std::optional<Eigen::Isometry3d> align_to_datum(std::vector<DatumPair> pairs,
+/// short to tell the direction to `most_sigma_turn` [rad], with the sigmas that the pairs show
+/// where these are less than what is stated. Costs the number of pairs; the same pairs give the
+/// same.
+std::optional<Eigen::Isometry3d> align_to_datum(const std::vector<DatumPair>& pairs,
                                                 double most_sigma_turn);
 
 }  // namespace hybrid

@@ -82,6 +82,21 @@ TEST(DatumAlignment, ManyPairsTellThatTheirSigmasAreTooLarge) {
   EXPECT_FALSE(align_to_datum(pairs, 0.1));
 }
 
+TEST(DatumAlignment, AFewGoodFixesOnASmallFieldTellIt) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> gauss(0, 0.1);
+  std::vector<DatumPair> pairs;
+  for (int i = 0; i < 29; ++i) {
+    const Eigen::Vector3d p(12 * std::cos(0.7 * i), 7 * std::sin(0.7 * i), 0);
+    pairs.push_back({p, p + Eigen::Vector3d(gauss(random), gauss(random), 0), 2});
+  }
+  const auto found = align_to_datum(pairs, 0.1);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->linear()(1, 0), 0, 0.02);
+  pairs.resize(3);
+  EXPECT_FALSE(align_to_datum(pairs, 0.1));
+}
+
 TEST(DatumAlignment, AShortPathOrContradictionsTellNothing) {
   std::vector<DatumPair> pairs;
   for (int i = 0; i < 60; ++i) pairs.push_back({{0.01 * i, 0, 0}, {0.01 * i, 0, 0}, 1});
