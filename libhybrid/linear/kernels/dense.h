@@ -13,11 +13,15 @@ namespace hybrid {
 /// all code is in this template, and none of the standard library is called.
 template <int kLanes>
 struct DenseKernels {
-  // One register; the second type reads it from any address.
+  /// One register.
   using Pack [[gnu::vector_size(8 * kLanes)]] = double;
-  using LoosePack [[gnu::vector_size(8 * kLanes), gnu::aligned(8), gnu::may_alias]] = double;
   /// Four rows, in as many registers as that takes.
-  using Packet [[gnu::vector_size(8 * kPacket), gnu::aligned(8), gnu::may_alias]] = double;
+  using Packet [[gnu::vector_size(8 * kPacket)]] = double;
+  /// Either of them at any address. (An alignment of the vector itself is lost in a template.)
+  template <class Vector>
+  struct [[gnu::packed, gnu::may_alias]] Loose {
+    Vector v;
+  };
 
   static constexpr int kFrontRows = 2 * kLanes;  // of a tile
   static constexpr int kTileColumns = 4;
@@ -29,8 +33,14 @@ struct DenseKernels {
 
   static constexpr int least(int a, int b) { return a < b ? a : b; }
   static int rounded(int n) { return (n + kPacket - 1) / kPacket * kPacket; }
-  static Packet& packet(double* p) { return *reinterpret_cast<Packet*>(p); }
-  static const Packet& packet(const double* p) { return *reinterpret_cast<const Packet*>(p); }
+  template <class Vector = Packet>
+  static Loose<Vector>& at(double* p) {
+    return *reinterpret_cast<Loose<Vector>*>(p);
+  }
+  template <class Vector = Packet>
+  static const Loose<Vector>& at(const double* p) {
+    return *reinterpret_cast<const Loose<Vector>*>(p);
+  }
 
   template <int kValue>
   struct Size {
@@ -58,8 +68,7 @@ struct DenseKernels {
     int i = 0;
     for (; i + kSums <= n; i += kSums) {
       for (int p = 0; p < kSums / kLanes; ++p) {
-        sum[p] += *reinterpret_cast<const LoosePack*>(a + i + p * kLanes) *
-                  *reinterpret_cast<const LoosePack*>(b + i + p * kLanes);
+        sum[p] += at<Pack>(a + i + p * kLanes).v * at<Pack>(b + i + p * kLanes).v;
       }
     }
     double total = 0.0;
@@ -75,8 +84,7 @@ struct DenseKernels {
   static void update_tile(double* c, const double* a, const double* b, int depth, int stride) {
     Pack acc[kTileColumns][2] = {};
     for (int k = 0; k < depth; ++k) {
-      const Pack a0 = *reinterpret_cast<const LoosePack*>(a);
-      const Pack a1 = *reinterpret_cast<const LoosePack*>(a + kLanes);
+      const Pack a0 = at<Pack>(a).v, a1 = at<Pack>(a + kLanes).v;
       for (int j = 0; j < kTileColumns; ++j) {
         const Pack bj = b[j] - Pack{};
         acc[j][0] += a0 * bj;
@@ -86,10 +94,9 @@ struct DenseKernels {
       b += stride;
     }
     for (int j = 0; j < kTileColumns; ++j) {
-      LoosePack* c0 = reinterpret_cast<LoosePack*>(c + std::ptrdiff_t(j) * stride);
-      LoosePack* c1 = reinterpret_cast<LoosePack*>(c + std::ptrdiff_t(j) * stride + kLanes);
-      *c0 = *c0 - acc[j][0];
-      *c1 = *c1 - acc[j][1];
+      double* target = c + std::ptrdiff_t(j) * stride;
+      at<Pack>(target).v -= acc[j][0];
+      at<Pack>(target + kLanes).v -= acc[j][1];
     }
   }
 
@@ -153,7 +160,7 @@ struct DenseKernels {
                                                        Packet (&sum)[kColumns][kPackets]) {
     for (int p = 0; p < depth; ++p, a += a_stride, b += b_stride) {
       Packet rows[kPackets];
-      for (int q = 0; q < kPackets; ++q) rows[q] = packet(a + q * kPacket);
+      for (int q = 0; q < kPackets; ++q) rows[q] = at(a + q * kPacket).v;
       for (int c = 0; c < kColumns; ++c) {
         for (int q = 0; q < kPackets; ++q) sum[c][q] += rows[q] * b[c];
       }
@@ -169,13 +176,13 @@ struct DenseKernels {
     for (int c = 0; c < kColumns; ++c) {
       double* column = panel + std::ptrdiff_t(first + c) * stride;
       for (int q = 0; q < kPackets; ++q) {
-        Packet& target = packet(column + row + q * kPacket);
-        Packet x = target - sum[c][q];
+        double* target = column + row + q * kPacket;
+        Packet x = at(target).v - sum[c][q];
         for (int d = 0; d < c; ++d) {
           x -= sum[d][q] * panel[std::ptrdiff_t(first + d) * stride + first + c];
         }
         sum[c][q] = x * inverse[c];  // from here on the solution
-        target = sum[c][q];
+        at(target).v = sum[c][q];
       }
     }
   }
@@ -236,7 +243,7 @@ struct DenseKernels {
     accumulate<kPackets, kTileColumns>(a, a_stride, b, b_stride, depth, sum);
     for (int c = 0; c < kTileColumns; ++c) {
       for (int q = 0; q < kPackets; ++q) {
-        packet(out + std::ptrdiff_t(c) * out_stride + q * kPacket) = -1.0 * sum[c][q];
+        at(out + std::ptrdiff_t(c) * out_stride + q * kPacket).v = -1.0 * sum[c][q];
       }
     }
   }
@@ -278,7 +285,7 @@ struct DenseKernels {
   static double short_dot(const double* a, const double* b, int n) {
     Packet sum = {};
     int i = 0;
-    for (; i + kPacket <= n; i += kPacket) sum += packet(a + i) * packet(b + i);
+    for (; i + kPacket <= n; i += kPacket) sum += at(a + i).v * at(b + i).v;
     double total = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     for (; i < n; ++i) total += a[i] * b[i];
     return total;
@@ -287,7 +294,7 @@ struct DenseKernels {
   /// y += factor * x.
   static void add_scaled(double factor, const double* x, double* y, int n) {
     int i = 0;
-    for (; i + kPacket <= n; i += kPacket) packet(y + i) += factor * packet(x + i);
+    for (; i + kPacket <= n; i += kPacket) at(y + i).v += factor * at(x + i).v;
     for (; i < n; ++i) y[i] += factor * x[i];
   }
 
@@ -342,11 +349,11 @@ struct DenseKernels {
       x[first + c] = own[c] = sum * inverse_diagonal[first + c];
     }
     for (int row = first + kColumns; row < height; row += kPacket) {
-      Packet sum = packet(x + row);
+      Packet sum = at(x + row).v;
       for (int c = 0; c < kColumns; ++c) {
-        sum -= own[c] * packet(tile + std::ptrdiff_t(c) * stride + row);
+        sum -= own[c] * at(tile + std::ptrdiff_t(c) * stride + row).v;
       }
-      packet(x + row) = sum;
+      at(x + row).v = sum;
     }
   }
 
@@ -365,9 +372,9 @@ struct DenseKernels {
     const double* tile = panel + std::ptrdiff_t(first) * stride;
     Packet sums[kColumns] = {};
     for (int row = first + kColumns; row < height; row += kPacket) {
-      const Packet values = packet(x + row);
+      const Packet values = at(x + row).v;
       for (int c = 0; c < kColumns; ++c) {
-        sums[c] += values * packet(tile + std::ptrdiff_t(c) * stride + row);
+        sums[c] += values * at(tile + std::ptrdiff_t(c) * stride + row).v;
       }
     }
     for (int c = kColumns - 1; c >= 0; --c) {
