@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <mrpt/core/initializer.h>
 #include <mrpt/version.h>
 
 #include <Eigen/Core>
@@ -48,9 +47,10 @@ const hybrid::PluginAbi hybrid_plugin_abi{};
 }
 
 /// Registers a plugin class, which derives from hybrid::MappingPlugin and contains
-/// DEFINE_MRPT_OBJECT(Class, Namespace). One line for each class, outside of all namespaces.
+/// DEFINE_MRPT_OBJECT(Class, Namespace). One line for each class, outside of all namespaces. (A
+/// variable is initialised behind the class in its file; a function that is called when the library
+/// is loaded, as MRPT_INITIALIZER defines, may come before.)
 #define HYBRID_REGISTER_PLUGIN(Class, Namespace)                  \
   IMPLEMENTS_MRPT_OBJECT(Class, hybrid::MappingPlugin, Namespace) \
-  MRPT_INITIALIZER(register_##Class) {                            \
-    mrpt::rtti::registerClass(CLASS_ID(Namespace::Class));        \
-  }
+  [[maybe_unused]] static const bool is_registered_##Class =      \
+      (mrpt::rtti::registerClass(CLASS_ID(Namespace::Class)), true);

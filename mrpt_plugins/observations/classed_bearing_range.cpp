@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 #include <mrpt/core/bits_math.h>
-#include <mrpt/core/initializer.h>
 #include <mrpt/rtti/CObject.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -122,6 +121,6 @@ std::string CObservationClassedBearingRange::exportTxtDataRow() const {
 
 }  // namespace hybrid
 
-MRPT_INITIALIZER(register_hybrid_observations) {
-  mrpt::rtti::registerClass(CLASS_ID(hybrid::CObservationClassedBearingRange));
-}
+// As HYBRID_REGISTER_PLUGIN does: behind what the class is, in one file.
+[[maybe_unused]] static const bool is_registered =
+    (mrpt::rtti::registerClass(CLASS_ID(hybrid::CObservationClassedBearingRange)), true);

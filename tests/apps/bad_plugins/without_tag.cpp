@@ -3,8 +3,6 @@
 
 // A plugin registered as MRPT does it, which does not say what it was built for.
 
-#include <mrpt/core/initializer.h>
-
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace example {
@@ -21,6 +19,7 @@ class WithoutTag : public hybrid::MappingPlugin {
 
 IMPLEMENTS_MRPT_OBJECT(WithoutTag, hybrid::MappingPlugin, example)
 
-MRPT_INITIALIZER(register_without_tag) {
+[[maybe_unused]] static const bool is_registered = [] {
   mrpt::rtti::registerClass(CLASS_ID(example::WithoutTag));
-}
+  return true;
+}();

@@ -5,7 +5,6 @@
 // the tests load as users load plugins.
 
 #include <fcntl.h>
-#include <mrpt/core/initializer.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/serialization/CArchive.h>
 #include <sys/mman.h>
@@ -132,7 +131,7 @@ IMPLEMENTS_MRPT_OBJECT(Hog, CObservation, hostile)
 IMPLEMENTS_MRPT_OBJECT(Counter, CObservation, hostile)
 IMPLEMENTS_MRPT_OBJECT(Intruder, CObservation, hostile)
 
-MRPT_INITIALIZER(register_hostile_observations) {
+[[maybe_unused]] static const bool is_registered = [] {
   mrpt::rtti::registerClass(CLASS_ID(hostile::Crasher));
   mrpt::rtti::registerClass(CLASS_ID(hostile::Aborter));
   mrpt::rtti::registerClass(CLASS_ID(hostile::Leaver));
@@ -140,4 +139,5 @@ MRPT_INITIALIZER(register_hostile_observations) {
   mrpt::rtti::registerClass(CLASS_ID(hostile::Hog));
   mrpt::rtti::registerClass(CLASS_ID(hostile::Counter));
   mrpt::rtti::registerClass(CLASS_ID(hostile::Intruder));
-}
+  return true;
+}();
