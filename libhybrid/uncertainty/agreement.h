@@ -12,6 +12,7 @@
 #include "libhybrid/clouds/cloud_view.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/scans/laser_scan.h"
 #include "libhybrid/scans/scan_closures.h"
 
@@ -94,6 +95,11 @@ Agreement agreement_of_clouds(std::vector<PlacedCloud> clouds, double reach,
 /// The same of scans in a known map: in place of what they measured much earlier or later, the
 /// surfaces of the map are looked at.
 Agreement agreement_with_map(std::vector<PlacedScan> scans, const std::vector<StoredScans>& map,
+                             const AgreementOptions& options = {});
+
+/// The same of detections and the landmarks of a map.
+Agreement agreement_with_map(std::vector<PlacedDetections> frames,
+                             const std::vector<KnownLandmark>& map,
                              const AgreementOptions& options = {});
 
 /// The same of clouds.

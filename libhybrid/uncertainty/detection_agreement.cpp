@@ -17,7 +17,8 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostJudged = 8000;
-constexpr double kAgree = 0.95;  // probability of two detections of one thing to agree
+constexpr std::size_t kMostKnown = 1000000;  // landmarks of a map that frames are asked for
+constexpr double kAgree = 0.95;              // probability of two detections of one thing to agree
 /// Shares of the detections of a sensor that are nearer, and less to the side, than its view ends.
 constexpr double kWithinRange = 0.9, kAside = 0.05;
 
@@ -114,26 +115,61 @@ class Detections {
   Agreement judge() const {
     if (count_ == 0) return {};
     LookTable table(looks_.front().time, reach_);
-    std::vector<std::pair<double, int>> times;
-    for (const PlacedDetections& frame : looks_) times.emplace_back(frame.time, frame.robot);
-    const LookChoice choice(std::move(times), options_);
-    std::size_t number = 0;
-    for (const PlacedDetections& frame : looks_) {
-      const auto looks = [&] { return choice.around(frame.time, frame.robot); };
-      if (frame.has_range) look_at(frame, looks, number, table);
+    look_at_own_places(true, table);
+    return conclude(table);
+  }
+
+  /// The same of landmarks of a map, in place of what was measured much earlier or later.
+  Agreement judge(const std::vector<KnownLandmark>& map) const {
+    if (count_ == 0 || map.empty()) return {};
+    LookTable table(looks_.front().time, reach_);
+    look_at_own_places(false, table);
+    const std::size_t every = (looks_.size() * map.size() + kMostKnown - 1) / kMostKnown;
+    for (std::size_t j = 0; j < looks_.size(); j += every) {
+      table.begin_known_place(looks_[j].time);
+      for (const KnownLandmark& landmark : map) {
+        look(Eigen::Isometry3d::Identity(), {landmark.position, landmark.covariance}, j,
+             LookTime::kLate, table);
+      }
     }
-    for (std::size_t i = 0; i < crossings_.places.size(); ++i) {
-      const PlacedDetections& frame = crossings_.places[i];
-      const auto looks = [&] { return around_crossing(i, choice.around(frame.time, frame.robot)); };
-      look_at(frame, looks, number, table);
-    }
+    return conclude(table);
+  }
+
+ private:
+  using Looks = std::vector<std::pair<LookTime, std::size_t>>;
+
+  Agreement conclude(LookTable& table) const {
     Agreement out = table.conclude();
     out.far_from = options_.far_from;
     return out;
   }
 
- private:
-  using Looks = std::vector<std::pair<LookTime, std::size_t>>;
+  void look_at_own_places(bool late, LookTable& table) const {
+    std::vector<std::pair<double, int>> times;
+    for (const PlacedDetections& frame : looks_) times.emplace_back(frame.time, frame.robot);
+    const LookChoice choice(std::move(times), options_);
+    std::size_t number = 0;
+    for (const PlacedDetections& frame : looks_) {
+      const auto looks = [&] { return some_of(choice.around(frame.time, frame.robot), late); };
+      if (frame.has_range) look_at(frame, looks, number, table);
+    }
+    for (std::size_t i = 0; i < crossings_.places.size(); ++i) {
+      const PlacedDetections& frame = crossings_.places[i];
+      const auto looks = [&] {
+        return some_of(around_crossing(i, choice.around(frame.time, frame.robot)), late);
+      };
+      look_at(frame, looks, number, table);
+    }
+  }
+
+  /// Looks with the late ones, or without.
+  static Looks some_of(Looks looks, bool late) {
+    const auto is_left_out = [&](const auto& look) {
+      return !late && look.first == LookTime::kLate;
+    };
+    looks.erase(std::remove_if(looks.begin(), looks.end(), is_left_out), looks.end());
+    return looks;
+  }
 
   /// The looks at what directions tell: soon are those of the same stretch that had no part in it.
   Looks around_crossing(std::size_t i, Looks looks) const {
@@ -201,14 +237,26 @@ class Detections {
   double reach_ = 0;
 };
 
+void sort_by_time(std::vector<PlacedDetections>& frames) {
+  std::stable_sort(frames.begin(), frames.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+}
+
 }  // namespace
 
 Agreement agreement_of_detections(std::vector<PlacedDetections> frames,
                                   const AgreementOptions& options) {
   if (frames.empty()) return {};
-  std::stable_sort(frames.begin(), frames.end(),
-                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  sort_by_time(frames);
   return Detections(std::move(frames), options).judge();
+}
+
+Agreement agreement_with_map(std::vector<PlacedDetections> frames,
+                             const std::vector<KnownLandmark>& map,
+                             const AgreementOptions& options) {
+  if (frames.empty()) return {};
+  sort_by_time(frames);
+  return Detections(std::move(frames), options).judge(map);
 }
 
 }  // namespace hybrid

@@ -77,8 +77,8 @@ std::optional<HealthEntry> map_agreement_health(const Agreement& with_map) {
   if (!std::isfinite(with_map.sigma) || with_map.looks == 0) return std::nullopt;
   HealthEntry entry = judged_agreement("agreement with the map", with_map);
   entry.sentence = fmt::format(
-      "Scans found {:.0f} % of the surfaces of the map that were in view, and {:.0f} % of what had "
-      "been measured seconds apart: {:.2f} +- {:.2f} of it.",
+      "Of what the map has in view {:.0f} % was found, and {:.0f} % of what had been measured "
+      "seconds apart: {:.2f} +- {:.2f} of it.",
       100 * with_map.late, 100 * with_map.soon, with_map.ratio, with_map.sigma);
   if (entry.verdict > HealthVerdict::kGood) {
     entry.knob =

@@ -270,7 +270,8 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   const Mapper& mapper = session.mapper();
   scans.finish(session.source(), result);
   const PlacedViews views(scans, measured, mapper, result.trajectory);
-  const Agreement with_map = session.agreement(views.scans, views.clouds, views.reach);
+  const Agreement with_map = session.agreement(views.scans, views.clouds, views.reach,
+                                               measured.detections, result.trajectory);
   if (const std::string found = session.doubt(with_map, views.any()); !found.empty()) {
     session.give_up_place(found);
     if (may_repeat(request, settings)) {

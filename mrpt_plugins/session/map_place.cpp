@@ -18,6 +18,8 @@ namespace {
 /// So much of a map that is in view is shown in the right place at least, to what is seen again
 /// within seconds.
 constexpr double kLeastShown = 0.85;
+/// The same of landmarks, which are things that may have been moved: most still stand.
+constexpr double kLeastStanding = 0.5;
 
 /// Throws Error where new landmarks, which are numbered, would be among those with ids of logs.
 void refuse_numbers(const ReplaySettings& settings, const MapRecord& map) {
@@ -88,16 +90,17 @@ void MapPlace::pause(const Mapper& mapper) {
 
 std::string MapPlace::doubt(const Agreement& with_map, bool has_views) const {
   if (!run_ || lost_) return "";
-  const char* views = has_clouds(run_->map())         ? "clouds"
-                      : has_planar_scans(run_->map()) ? "laser scans"
-                                                      : nullptr;
-  if (views == nullptr) return "";
-  if (with_map.looks == 0 && has_views && is_given_ && run_->map().landmarks.empty()) {
+  const MapRecord& map = run_->map();
+  const bool has_surfaces = has_clouds(map) || has_planar_scans(map);
+  const char* views = has_clouds(map) ? "clouds" : has_surfaces ? "laser scans" : "detections";
+  const char* what = has_surfaces ? "surfaces" : "landmarks";
+  if (with_map.looks == 0 && has_surfaces && has_views && is_given_ && map.landmarks.empty()) {
     return fmt::format("none of its surfaces is in view of {} from the start that is given", views);
   }
-  if (with_map.looks == 0 || with_map.ratio + with_map.sigma > kLeastShown) return "";
-  return fmt::format("{} find {:.0f} % of its surfaces that are in view", views,
-                     100 * with_map.late);
+  const double least = has_surfaces ? kLeastShown : kLeastStanding;
+  if (with_map.looks == 0 || with_map.ratio + with_map.sigma > least) return "";
+  return fmt::format("{} find {:.0f} % of its {} that are in view", views, 100 * with_map.late,
+                     what);
 }
 
 void MapPlace::give_up(const std::string& doubt) {

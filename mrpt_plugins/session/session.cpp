@@ -103,13 +103,16 @@ const MapRecord& Session::known() const {
 }
 
 Agreement Session::agreement(const std::vector<PlacedScan>& scans,
-                             const std::vector<PlacedCloud>& clouds, double reach) const {
+                             const std::vector<PlacedCloud>& clouds, double reach,
+                             const DetectionArchive& detections, const Trajectory& path) const {
   const MapRecord& map = known();
   const Values& values = mapper_->backend().values();
   if (has_planar_scans(map)) return agreement_with_map(scans, found_by(values, stored_scans(map)));
   if (has_clouds(map))
     return agreement_with_map(clouds, reach, found_by(values, stored_clouds(map)));
-  return {};
+  if (map.landmarks.empty()) return {};
+  return agreement_with_map(detections.placed(*mapper_, path),
+                            {map.landmarks.begin(), map.landmarks.end()});
 }
 
 std::string Session::doubt(const Agreement& with_map, bool has_views) const {

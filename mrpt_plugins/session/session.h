@@ -39,9 +39,11 @@ class Session {
   /// Feeds the logs to the mapper, until the program is asked to stop, and solves to convergence.
   void map(const Watch& watch);
   /// How scans, or clouds from sensors of a reach [m], agree with those of the map that the robots
-  /// are in; without looks where it has none.
+  /// are in, or where it has none, detections with its landmarks; without looks where it has
+  /// neither.
   Agreement agreement(const std::vector<PlacedScan>& scans, const std::vector<PlacedCloud>& clouds,
-                      double reach) const;
+                      double reach, const DetectionArchive& detections,
+                      const Trajectory& path) const;
   /// Why the robots, once mapped, are not where they were taken to be in the map file, or "".
   std::string doubt(const Agreement& with_map, bool has_views) const;
   /// Nothing of the session enters the map file, for this reason.
