@@ -230,6 +230,7 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   made.outcome = {summarize(session, result), {}, signal};
   made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
                                 [](const auto& r) { return r.source.correction.hides_ids; });
+  made.measured_nothing = is_as_stated(settings, conditions.had_no_ids);
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
@@ -247,7 +248,9 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
                      std::string& doubt) {
   const std::unique_ptr<IniFile> ini = open_config(request);
   ReplaySettings settings = read_settings(*ini, request);
-  if (!conditions.allow(settings)) return {request, {}, {}, false};
+  if (!conditions.allow(settings)) {
+    return {request, {}, false, false, false, is_as_stated(settings, conditions.had_no_ids)};
+  }
   take_photographs(request, settings);
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
@@ -264,7 +267,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   try {
     session.map(watch(session, watchers, movie, report, scans, measured));
   } catch (const TooMuchWork&) {
-    return {request, {}, false, false, false, session.mapper().work()};
+    return {request, {}, false, false, false, false, session.mapper().work()};
   }
   MapResult result = session.result();
   const Mapper& mapper = session.mapper();

@@ -7,8 +7,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -47,15 +51,37 @@ class Attempts {
     conditions.most_work = left_ / 2;  // leaves as much to those after it
     Attempt made = attempt(request, watchers_, start_, conditions);
     left_ -= made.work;
+    measuring_is_in_vain_ = measuring_is_in_vain_ || made.measured_nothing;
     add(made);
     return made;
+  }
+
+  /// The first of these requests of which no map was made.
+  std::optional<ReplayRequest> first_untried(const std::vector<ReplayRequest>& requests) const {
+    const auto is_untried = [this](const ReplayRequest& request) {
+      return tried_.count(in_effect(request)) == 0;
+    };
+    const auto found = std::find_if(requests.begin(), requests.end(), is_untried);
+    return found == requests.end() ? std::nullopt : std::optional(*found);
   }
 
   /// All maps, the first one too.
   const std::vector<DrawSummary>& draws() const { return draws_; }
 
  private:
+  /// The last value of each setting, of those that have an effect.
+  std::map<std::string, std::string> in_effect(const ReplayRequest& request) const {
+    std::map<std::string, std::string> out;
+    for (const std::string& setting : request.settings) {
+      const bool is_in_vain = measuring_is_in_vain_ && setting == kMeasuresNoise;
+      const std::size_t end = setting.find('=');
+      if (!is_in_vain) out[setting.substr(0, end)] = setting.substr(end);
+    }
+    return out;
+  }
+
   void add(const Attempt& made) {
+    tried_.insert(in_effect(made.request));
     DrawSummary draw;
     for (const std::string& setting : made.request.settings) {
       const bool is_given =
@@ -76,6 +102,8 @@ class Attempts {
   std::vector<std::string> settings_;
   double first_work_, left_;
   std::vector<DrawSummary> draws_;
+  std::set<std::map<std::string, std::string>> tried_;
+  bool measuring_is_in_vain_ = false;  // the logs are as they state
 };
 
 /// Takes another map if it is one; a signal that stopped it counts in any case. Returns whether to
@@ -136,12 +164,14 @@ bool is_right(const Health& health) {
   return worst(health) < HealthVerdict::kBad && agreement_of(health) != HealthVerdict::kDoubtful;
 }
 
-/// Makes other maps of logs whose map is not right, until one is.
+/// Makes other maps of logs whose map is not right, until one is; they begin with the best so far.
 void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
-  for (const ReplayRequest& other : draws(request, taken.request, taken.outcome.summary)) {
+  const Summary first = taken.outcome.summary;
+  while (taken.outcome.signal == 0 && !is_right(taken.outcome.summary.health)) {
+    const auto other = attempts.first_untried(draws(request, taken.request, first));
+    if (!other) return;
     const Health before = taken.outcome.summary.health;
-    if (taken.outcome.signal != 0 || is_right(before)) return;
-    take(attempts.make(other, {&before, agrees_better}), taken);
+    take(attempts.make(*other, {&before, agrees_better}), taken);
   }
 }
 

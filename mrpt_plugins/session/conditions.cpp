@@ -41,6 +41,13 @@ bool Conditions::want(const Health& health, int signal) const {
   return other == nullptr || (signal == 0 && better(health, *other));
 }
 
+bool is_as_stated(const ReplaySettings& settings, bool had_no_ids) {
+  return takes_at_word(settings, false, had_no_ids) &&
+         std::all_of(settings.robots.begin(), settings.robots.end(), [](const auto& robot) {
+           return robot.source.noise == NoiseSource::kMeasured;
+         });
+}
+
 bool may_measure(const ReplayRequest& request, const ReplaySettings& settings) {
   if (request.stream || request.resume || !settings.map.file.empty()) return false;
   return std::all_of(

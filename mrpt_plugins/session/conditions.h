@@ -27,6 +27,10 @@ struct Conditions {
   bool want(const Health& health, int signal) const;
 };
 
+/// Whether the logs were measured, and all is used as they state it, but for ids that were hidden
+/// before.
+bool is_as_stated(const ReplaySettings& settings, bool had_no_ids);
+
 /// Whether noise, clock and mounting are to be measured where the map is bad: logs can be read
 /// twice, and nothing but the output folder holds what was mapped.
 bool may_measure(const ReplayRequest& request, const ReplaySettings& settings);

@@ -105,15 +105,6 @@ bool has_directions(const Summary& summary) {
   return summary.statistics.count("directions") != 0;
 }
 
-/// The requests that others begin with: that of the map which was taken, and the one with what was
-/// measured alone. Associations that may have been wrong have told what else the former has, and a
-/// map that was too fine may have been worse for what was measured.
-std::vector<ReplayRequest> to_begin_with(const ReplayRequest& request, const ReplayRequest& taken) {
-  const ReplayRequest measured = Remedies().apply(request);
-  if (taken.settings == measured.settings) return {taken};
-  return {taken, measured};
-}
-
 /// The request with scale and drift of the odometry estimated, unless the map had that.
 std::vector<ReplayRequest> calibrated(const ReplayRequest& request, const Summary& summary) {
   const IniFile::Settings& configuration = summary.provenance.configuration;
@@ -183,7 +174,7 @@ bool Remedies::add(const Health& health, const IniFile::Settings& configuration)
 }
 
 ReplayRequest Remedies::apply(ReplayRequest request) const {
-  request.settings.emplace_back("sensor.noise=measured");
+  request.settings.emplace_back(kMeasuresNoise);
   if (calibrates) request.settings.emplace_back(kCalibrated);
   for (const auto& [key, factor] : factors) {
     request.settings.push_back(fmt::format("{}={}", key, factor));
@@ -194,7 +185,9 @@ ReplayRequest Remedies::apply(ReplayRequest request) const {
 std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayRequest& taken,
                                  const Summary& summary) {
   std::vector<ReplayRequest> out = following_longer(request, summary);
-  const std::vector<ReplayRequest> bases = to_begin_with(request, taken);
+  // Associations that may have been wrong have told what the map that was taken has beside what was
+  // measured, and one that was too fine may have been worse for that.
+  const std::array<ReplayRequest, 2> bases{taken, Remedies().apply(request)};
   for (const ReplayRequest& given : bases) {
     for (ReplayRequest& other : calibrated(given, summary)) out.push_back(std::move(other));
   }

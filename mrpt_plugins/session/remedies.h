@@ -14,6 +14,9 @@
 
 namespace HYBRID_API hybrid {
 
+/// The setting by which noise, clocks and mountings are measured.
+constexpr const char* kMeasuresNoise = "sensor.noise=measured";
+
 /// Settings that a bad map is made again with.
 struct Remedies {
   bool calibrates = false;  ///< scale and drift of the odometry are estimated
@@ -27,9 +30,10 @@ struct Remedies {
   ReplayRequest apply(ReplayRequest request) const;
 };
 
-/// Requests for other maps of logs whose map is bad, in the order in which to try them; `taken`
-/// made that map, whose summary this is, and `request` is what the user asked for. What the user,
-/// or the log, has set stays as it is:
+/// Requests for other maps of logs whose map is bad, in the order in which to try them; `request`
+/// is what the user asked for, and `taken` made the best map so far. Some may be made already. What
+/// the user, or the log, has set stays as it is, by the `summary` of the first map:
+/// * scale and drift of the odometry are estimated;
 /// * things that are seen by direction alone are followed for longer;
 /// * landmarks have an extent, from fine to coarse: what may be of one of them is of it (joint
 ///   compatibility, which prefers a landmark that is known to a new one), and all detections are

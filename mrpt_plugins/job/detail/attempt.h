@@ -23,9 +23,10 @@ struct Attempt {
   ReplayRequest request;
   ReplayOutcome outcome;
   bool is_written = true;
-  bool may_measure = false;  ///< the logs can be measured, and mapped again
-  bool had_no_ids = false;   ///< ids of a log were hidden
-  double work = 0;           ///< what it took (Mapper::work)
+  bool may_measure = false;       ///< the logs can be measured, and mapped again
+  bool had_no_ids = false;        ///< ids of a log were hidden
+  bool measured_nothing = false;  ///< the logs were measured and are as they state
+  double work = 0;                ///< what it took (Mapper::work)
 };
 
 /// Maps the logs, and writes the result where the conditions hold.
