@@ -23,8 +23,12 @@ Key parse_key(const std::string& text) {
   std::uint64_t index = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, code] = std::from_chars(text.data() + (text.empty() ? 0 : 1), end, index);
-  if (text.size() < 2 || code != std::errc() || rest != end || index >= (std::uint64_t{1} << 56)) {
-    throw Error("a key is a letter and a number, such as 'x3'; got '" + text + "'");
+  const bool is_number = text.size() >= 2 && code != std::errc::invalid_argument && rest == end;
+  if (!is_number) throw Error("a key is a letter and a number, such as 'x3'; got '" + text + "'");
+  constexpr std::uint64_t kLimit = std::uint64_t{1} << 56;
+  if (code != std::errc() || index >= kLimit) {
+    throw Error("the number of a key is below 2^56 = " + std::to_string(kLimit) + "; got '" + text +
+                "'");
   }
   return {text[0], index};
 }

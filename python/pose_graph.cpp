@@ -3,6 +3,12 @@
 
 #include "libhybrid/pose_graph/pose_graph.h"
 
+#include <algorithm>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/write_graph.h"
 #include "libhybrid/pose_graph/false_closures.h"
@@ -35,6 +41,43 @@ struct Blank<GraphEdge<T>> {
 namespace {
 
 template <class T>
+constexpr bool kIsPlanar = std::is_same_v<T, SE2> || std::is_same_v<T, Eigen::Vector2d>;
+
+template <class T>
+bool has_variable(const std::vector<GraphEdge<T>>& edges, Key key) {
+  return std::any_of(edges.begin(), edges.end(),
+                     [&](const auto& edge) { return edge.from == key || edge.to == key; });
+}
+
+/// What speaks against an edge between two variables of a graph; "" where nothing does.
+template <class T>
+std::string fault_of(const PoseGraph& g, const GraphEdge<T>& edge) {
+  using Pose = std::conditional_t<kIsPlanar<T>, SE2, SE3>;
+  if (edge.from == edge.to) return to_string(edge.from) + " is both its ends";
+  for (const auto& [key, type] :
+       {std::pair(edge.from, Variable<Pose>::type()), std::pair(edge.to, Variable<T>::type())}) {
+    if (g.values.contains(key) && g.values.type(key) != type) {
+      return to_string(key) + " is " + to_string(g.values.type(key)) + ", not " + to_string(type);
+    }
+  }
+  if (edge.noise.dim() != Variable<T>::kDim) {
+    return "its noise has " + std::to_string(edge.noise.dim()) +
+           " dimensions, and its measurement " + std::to_string(Variable<T>::kDim);
+  }
+  const bool has_others = kIsPlanar<T> ? !g.poses3.empty() || !g.points3.empty()
+                                       : !g.poses2.empty() || !g.points2.empty();
+  if (!has_others) return "";
+  const std::string others = kIsPlanar<T> ? "in space" : "in the plane";
+  for (const Key key : {edge.from, edge.to}) {
+    const bool is_other = kIsPlanar<T>
+                              ? has_variable(g.poses3, key) || has_variable(g.points3, key)
+                              : has_variable(g.poses2, key) || has_variable(g.points2, key);
+    if (is_other) return to_string(key) + " is " + others + " by other edges";
+  }
+  return "the other edges are " + others;
+}
+
+template <class T>
 void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
                std::vector<GraphEdge<T>> PoseGraph::*edges, const char* doc) {
   using Edge = GraphEdge<T>;
@@ -46,10 +89,17 @@ void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
   graph.def(
       "add_edge",
       [edges](PoseGraph& g, Key from, Key to, const T& measured, const Noise& noise) {
-        (g.*edges).push_back({from, to, measured, noise});
+        const Edge edge{from, to, measured, noise};
+        const std::string fault = fault_of(g, edge);
+        if (!fault.empty()) {
+          throw Error("edge from " + to_string(from) + " to " + to_string(to) + ": " + fault);
+        }
+        (g.*edges).push_back(edge);
       },
       "from_key"_a, "to_key"_a, "measured"_a, "noise"_a,
-      "Adds a measurement of the second vertex in the frame of the first.");
+      "Adds a measurement of the second vertex in the frame of the first. An Error names the "
+      "vertex "
+      "where it is of another kind, or both are one.");
 }
 
 /// The fields of each entry of a list, for pickle.

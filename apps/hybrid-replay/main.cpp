@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -79,10 +78,23 @@ std::string errors_of_robots(const std::vector<RobotSummary>& robots) {
   std::vector<std::string> errors;
   for (const RobotSummary& robot : robots) {
     if (!robot.truth || !robot.truth->trajectory) continue;
+    if (!robot.truth->trajectory->is_telling()) continue;
     errors.push_back(
         fmt::format("{} {:.4f} m", robot.name, robot.truth->trajectory->unaligned.rmse_m));
   }
   return errors.empty() ? "" : fmt::format(" ({})", fmt::join(errors, ", "));
+}
+
+/// The error of the path, and how many keyframes have a true pose where that is not all; "" where
+/// none has.
+std::string error_of_path(const Summary& s) {
+  if (!s.truth || !s.truth->trajectory || s.truth->trajectory->poses == 0) return "";
+  const TrajectoryReport& path = *s.truth->trajectory;
+  const std::string number = fmt::format("{} of {} keyframes {} a true pose", path.poses,
+                                         s.keyframes, path.poses == 1 ? "has" : "have");
+  if (!path.is_telling()) return ", " + number;
+  return fmt::format(", path rmse {:.4f} m{}", path.unaligned.rmse_m,
+                     path.poses < s.keyframes ? " (" + number + ")" : "");
 }
 
 /// What a first look at a result asks: how long, how good, and where in a given map.
@@ -111,12 +123,8 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
   for (const std::string& line : health_lines(summary.health)) progress.message(line);
   if (summary.status != "ok") progress.message("error: " + summary.message);
   for (const CalibrationEstimate& calibration : summary.calibration) report(calibration, file);
-  print_to(file, "{}, {:.3f} s", first_words(summary), summary.total_s);
-  if (summary.truth && summary.truth->trajectory &&
-      std::isfinite(summary.truth->trajectory->unaligned.rmse_m)) {
-    print_to(file, ", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
-  }
-  print_to(file, "{}", errors_of_robots(summary.robots));
+  print_to(file, "{}, {:.3f} s{}{}", first_words(summary), summary.total_s, error_of_path(summary),
+           errors_of_robots(summary.robots));
   if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {
     print_to(file, ", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
   }

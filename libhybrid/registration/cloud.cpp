@@ -18,6 +18,7 @@ namespace {
 constexpr int kSample = 500;              // points in a sample of a cloud
 constexpr double kSpacingQuantile = 0.8;  // scans are dense near the sensor and thin far away
 constexpr double kNone = 1e-6;   // a spread below this share of the radius is rounding error
+constexpr double kSame = 1e-15;  // an extent below this share of the distance is rounding alone
 constexpr double kMost = 0.9;    // share of the points that defines the size of a cloud
 constexpr double kInLine = 0.3;  // largest ratio of second to first spread of points in line
 
@@ -42,6 +43,20 @@ Eigen::Vector3d median_of(const Points& points) {
     median[axis] = *middle;
   }
   return median;
+}
+
+/// Throws Error if all points coincide, or are so far from the origin that rounding there is no
+/// longer small beside their extent.
+void check_precision(const Points& points, const std::string& what) {
+  const double distance = points.front().norm();
+  double extent = 0.0;
+  for (const Eigen::Vector3d& p : points) extent = std::max(extent, (p - points.front()).norm());
+  if (extent > kNone * distance) return;
+  if (extent <= kSame * distance) throw Error(what + ": all its points coincide");
+  std::ostringstream text;
+  text << what << ": its extent of " << extent << " is lost at its distance of " << distance
+       << " from the origin; subtract one position from the points of both clouds";
+  throw Error(text.str());
 }
 
 /// Throws Error if one point is so far away that nine of ten points coincide at the scale of all.
@@ -145,10 +160,7 @@ void check_cloud(const Points& points, const std::string& what) {
       throw Error(what + ": point " + std::to_string(i) + " (counted from 0) is not finite");
     }
   }
-  const bool coincide = std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3d& p) {
-    return (p - points.front()).norm() <= kNone * points.front().norm();
-  });
-  if (coincide) throw Error(what + ": all its points coincide");
+  check_precision(points, what);
   check_extent(points, what);
 }
 

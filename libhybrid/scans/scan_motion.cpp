@@ -24,6 +24,9 @@ constexpr double kLeastRotation = 0.003;
 /// error itself: a fit to it would take the odometry of a robot that goes straight for turns that
 /// are far too large.
 constexpr double kClear = 5.0;
+/// Only turns of at most this [rad] along the path tell the scale of turns: of one that comes near
+/// half a turn, odometry and match may be on two sides of the jump of angles.
+constexpr double kMostTurn = 2.5;
 /// Number of keyframes that tell the scale, and of errors of scale 1 that are assumed before.
 constexpr std::size_t kMemory = 60;
 constexpr std::size_t kPrior = 10;
@@ -71,8 +74,10 @@ OdometryCalibration2 OdometryNoise::calibration() const {
   const double length = (length_.g[0] + known) / (length_.H(0, 0) + known);
   const Eigen::Vector2d prior(known, 1.0 / (kDriftSigma * kDriftSigma));
   const Eigen::Matrix2d H = angle_.H + Eigen::Matrix2d(prior.asDiagonal());
-  const Eigen::Vector2d angle = H.inverse() * (angle_.g + Eigen::Vector2d(known, 0.0));
-  return {length, angle[0], angle[1]};
+  const Eigen::Vector2d g = angle_.g + Eigen::Vector2d(known, 0.0);
+  Eigen::Vector2d angle = H.inverse() * g;
+  if (!(angle[0] > 0.0)) angle = {1.0, (g[1] - H(1, 0)) / H(1, 1)};
+  return {length > 0.0 ? length : 1.0, angle[0], angle[1]};
 }
 
 void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double distance, double turn,
@@ -95,7 +100,7 @@ void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double dist
   if (match_r < r * rotation_.scale + kLeastRotation) {
     const double sigma = std::hypot(match_r, r * rotation_.scale);
     rotation_.add(std::abs(error.z()) / r, 1.0);
-    if (std::abs(error.z()) < kSurprise * sigma) {
+    if (turn <= kMostTurn && std::abs(error.z()) < kSurprise * sigma) {
       const bool is_turn = std::abs(stated.angle()) > kClear * r;
       const Eigen::Vector2d of(is_turn ? stated.angle() : 0.0, distance);
       angle_.H += of * of.transpose() / (sigma * sigma);

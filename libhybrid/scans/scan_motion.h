@@ -29,7 +29,9 @@ class OdometryNoise {
   void compare(const SE2& stated, const SE2& corrected, double distance, double turn,
                const UncertainMotion& match);
 
-  /// The most probable one by all comparisons, from what wheels on a floor may have.
+  /// The most probable one by all comparisons, from what wheels on a floor may have. Where they
+  /// lead to a scale that is not positive, which no wheels have, the scale is not measured and is
+  /// one.
   OdometryCalibration2 calibration() const;
 
   double translation_scale() const { return translation_.scale; }

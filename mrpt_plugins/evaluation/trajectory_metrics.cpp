@@ -131,7 +131,7 @@ TrajectoryReport trajectory_report(const std::vector<PosePair>& pairs, TruthCont
   const CPose3D T_truth_estimate = alignment(pairs);
   std::vector<PosePair> moved = pairs;
   for (PosePair& p : moved) p.estimate = T_truth_estimate + p.estimate;
-  TrajectoryReport report{trajectory_errors(pairs), trajectory_errors(moved), {}};
+  TrajectoryReport report{trajectory_errors(pairs), trajectory_errors(moved), {}, pairs.size()};
   if (content == TruthContent::kPositions) {
     for (TrajectoryErrors* e : {&report.unaligned, &report.aligned}) {
       e->rotation_mean_deg = e->rotation_rmse_deg = kNaN;

@@ -41,11 +41,17 @@ struct RelativeError {
   double rotation_deg = 0;    ///< mean error of the relative orientation; NaN without stretches
 };
 
+/// Fewer true poses tell nothing of a path.
+inline constexpr std::size_t kFewestTruePoses = 3;
+
 /// Errors without and with alignment of the estimate to the truth (a rigid motion), and relative
 /// errors over stretches of 1, 10, 100 and 500 m, as far as the path is long enough.
 struct TrajectoryReport {
   TrajectoryErrors unaligned, aligned;
   std::vector<RelativeError> relative;
+  std::size_t poses = 0;  ///< estimated ones that have a true one
+  /// Whether there are so many that the errors tell of the path: fewer fit once aligned.
+  bool is_telling() const { return poses >= kFewestTruePoses; }
 };
 
 /// Content of a truth file. For positions, rotation errors are NaN and there are no relative

@@ -89,7 +89,9 @@ void check_scans(const RunFacts& facts, Health& health) {
                   5 * odometry),
       "whether the odometry is that of this robot, in metres and radians, and not late; sign and "
       "pose of the sensor"));
-  if (facts.figure("odometry_times_translation") > 0) check_wheels(facts, health);
+  const bool is_measured =
+      facts.figure("odometry_times_translation") > 0 && facts.figure("odometry_times_rotation") > 0;
+  if (is_measured) check_wheels(facts, health);
 }
 
 void check_detections(const RunFacts& facts, Health& health) {

@@ -16,11 +16,23 @@ namespace hybrid {
 namespace {
 
 constexpr double kFarthestSensor = 1000;  // m
+constexpr const char* kNoPoints = "cloud dropped: no points";
 
 }  // namespace
 
 bool is_cloud(const mrpt::obs::CObservation& observation) {
   return dynamic_cast<const mrpt::obs::CObservationPointCloud*>(&observation) != nullptr;
+}
+
+bool is_empty_cloud(const mrpt::obs::CObservation& observation) {
+  const auto* seen = dynamic_cast<const mrpt::obs::CObservationPointCloud*>(&observation);
+  if (seen == nullptr || !seen->pointcloud) return false;
+  std::vector<float> x, y, z;
+  seen->pointcloud->getAllPoints(x, y, z);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (Eigen::Vector3f(x[i], y[i], z[i]).allFinite()) return false;
+  }
+  return true;
 }
 
 std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, DropReport& report) {
@@ -37,7 +49,7 @@ std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, D
     return std::nullopt;
   }
   if (seen->pointcloud->empty()) {
-    ++report["cloud dropped: no points"];
+    ++report[kNoPoints];
     return std::nullopt;
   }
   const Eigen::Isometry3f T = to_isometry(seen->sensorPose).cast<float>();
@@ -58,6 +70,10 @@ std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, D
     if (!p.allFinite()) continue;
     out.points.push_back(T * p);
     if (!times.empty()) out.times.push_back(times[i]);
+  }
+  if (out.points.empty()) {
+    ++report[kNoPoints];
+    return std::nullopt;
   }
   return out;
 }

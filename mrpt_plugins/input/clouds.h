@@ -26,11 +26,14 @@ struct PointCloud {
 /// Whether an observation is a CObservationPointCloud.
 bool is_cloud(const mrpt::obs::CObservation& observation);
 
+/// Whether it is one that was read, of which no point is finite: its sensor saw nothing.
+bool is_empty_cloud(const mrpt::obs::CObservation& observation);
+
 /// The cloud in a CObservationPointCloud; nothing for other classes.
 ///
 /// Dropped, and counted in `report` by reason: clouds whose points are in a file beside the log
-/// that was not read, that have none, or whose sensor pose is not finite or farther than 1 km from
-/// the robot. Times of another number than the points are dropped and counted alone.
+/// that was not read, that have no finite one, or whose sensor pose is not finite or farther than
+/// 1 km from the robot. Times of another number than the points are dropped and counted alone.
 std::optional<PointCloud> cloud_in(const mrpt::obs::CObservation& observation, DropReport& report);
 
 }  // namespace hybrid

@@ -86,12 +86,19 @@ void read_keyframes(IniFile& ini, SourceOptions& options) {
   IniSection keyframes =
       ini.section("keyframes",
                   "A frame becomes a pose of the map once any threshold that is set is reached. "
-                  "With all at 0 every frame does; where laser scans alone are mapped and none is "
-                  "given, one every half metre or 20 degrees does");
+                  "With all at 0 every frame does");
   KeyframeOptions& k = options.keyframes;
-  keyframes.read("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
-  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", {0, 360});
-  keyframes.read("min_time", k.min_time, "since then [s]", kDuration);
+  keyframes.read("min_distance", k.min_distance,
+                 "since the keyframe before [m]; 0: never. Where laser scans or fixes alone are "
+                 "mapped: 0.5 unless given, also if another threshold is",
+                 kLength);
+  k.min_angle = keyframes.degrees("min_angle_deg", 0.0,
+                                  "rotation since then; 0: never. Where laser scans or fixes alone "
+                                  "are mapped: 20 unless given, also if another threshold is",
+                                  {0, 360});
+  options.has_keyframe_distance = keyframes.has("min_distance");
+  options.has_keyframe_angle = keyframes.has("min_angle_deg");
+  keyframes.read("min_time", k.min_time, "since then [s]; 0: never", kDuration);
   keyframes.replaces("tracklets", "gather");
   keyframes.read(
       "tracklets", options.tracklets,

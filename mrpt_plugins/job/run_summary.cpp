@@ -31,33 +31,49 @@ std::string refusals(const Mapper& mapper) {
                      mapper.warnings().front());
 }
 
+/// Why scans or clouds of which each saw something tell no motion.
+std::string why_unrelated(double count, const char* one, const char* many, std::size_t keyframes) {
+  if (count == 1) {
+    return fmt::format("nothing was mapped: there is one {}, and only two tell a motion", one);
+  }
+  return fmt::format(
+      "nothing was mapped: there are {:.0f} {} but only {} keyframe{}: the robot hardly moves, or "
+      "the thresholds of [keyframes] are large",
+      count, many, keyframes, keyframes == 1 ? "" : "s");
+}
+
 /// Why nothing but dead reckoning came out.
 std::string why_empty(const Mapper& mapper, const Summary& summary) {
   const std::map<std::string, double> figures = mapper.statistics();
-  const auto fixes = figures.find("fixes");
-  if (fixes != figures.end() && fixes->second > 0) {
+  const auto figure = [&](const char* name) {
+    const auto found = figures.find(name);
+    return found == figures.end() ? 0.0 : found->second;
+  };
+  if (figure("fixes") > 0) {
     return fmt::format(
         "nothing was mapped: none of {:.0f} fixes was used, and the path is dead reckoning; what "
         "was dropped tells why",
-        fixes->second);
+        figure("fixes"));
   }
-  const auto clouds = figures.find("clouds");
-  if (clouds != figures.end()) {
+  if (const double clouds = figure("clouds"); clouds > 0) {
+    const double blind = figure("clouds_blind"), lost = figure("clouds_lost");
+    if (blind + lost == 0) return why_unrelated(clouds, "cloud", "clouds", summary.keyframes);
     return fmt::format(
         "nothing was mapped: of {:.0f} clouds {:.0f} show no surface, and {:.0f} agree with none "
         "before them",
-        clouds->second, figures.at("clouds_blind"), figures.at("clouds_lost"));
+        clouds, blind, lost);
   }
-  const auto scans = figures.find("scans");
-  if (scans == figures.end() || scans->second == 0) {
-    return "no landmark was mapped: " + why_nothing_mapped(summary.observations);
-  }
-  const bool is_blind = figures.at("scans_blind") >= figures.at("scans_lost");
+  const double scans = figure("scans");
+  if (scans == 0) return why_nothing_mapped(summary.observations, summary.dropped);
+  const double blind = figure("scans_blind"), lost = figure("scans_lost");
+  if (blind + lost == 0) return why_unrelated(scans, "scan", "scans", summary.keyframes);
+  const bool is_blind = blind >= lost;
   return fmt::format(
       "nothing was mapped: {:.0f} of {:.0f} scans {}, and the path is dead reckoning",
-      figures.at(is_blind ? "scans_blind" : "scans_lost"), scans->second,
+      is_blind ? blind : lost, scans,
       is_blind ? "have fewer than ten returns within the maximum range"
-               : "agree with none before them, as those of ranges with errors of decimetres");
+               : "agree with none before them, as those of ranges with errors of "
+                 "decimetres");
 }
 
 /// Sets status and message; `signal` is what stopped the replay, or 0.
@@ -82,6 +98,19 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   }
   if (refused.empty()) return;
   summary.message += (summary.message.empty() ? "" : "; ") + refused;
+}
+
+/// What of the log was dropped or is missing, and why; what else is odd is a warning.
+void tell_dropped(const LogMerge& source, const Mapper& mapper, Summary& summary) {
+  summary.dropped = source.dropped();
+  for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
+  for (const auto& [what, count] : source.warnings()) {
+    if (is_loss(what)) {
+      summary.dropped[what] += count;
+      continue;
+    }
+    summary.warnings.push_back(count == 1 ? what : fmt::format("{} ({} times)", what, count));
+  }
 }
 
 /// Length of the path of one robot, or of the paths of several [m].
@@ -146,9 +175,10 @@ Summary summarize(const Session& session, const MapResult& result) {
   const BackendReport& last = session.last();
   Summary summary;
   summary.observations = observation_uses(source.observations(), session.plugins());
+  summary.keyframes = result.trajectory.size();
+  tell_dropped(source, mapper, summary);
   set_status(source, mapper, result, session.signal(), summary);
   summary.mode = mapper.backend().mode();
-  summary.keyframes = result.trajectory.size();
   summary.landmarks = result.landmarks.size();
   summary.movers = result.movers.size();
   summary.path_m = length_of(result);
@@ -158,15 +188,6 @@ Summary summarize(const Session& session, const MapResult& result) {
   summary.plugins = plugin_statistics(result.steps);
   summary.statistics = mapper.statistics();
   summary.solver_s = summary.steps.total_s + last.seconds;
-  summary.dropped = source.dropped();
-  for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
-  for (const auto& [what, count] : source.warnings()) {
-    if (is_loss(what)) {
-      summary.dropped[what] += count;
-      continue;
-    }
-    summary.warnings.push_back(count == 1 ? what : fmt::format("{} ({} times)", what, count));
-  }
   warn(summary, mapper.warnings());
   warn(summary, last.warnings);
   summary.calibration = result.calibration;

@@ -97,15 +97,60 @@ std::map<std::string, ObservationUse> observation_uses(
   return out;
 }
 
-std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses_of_log) {
+namespace {
+
+/// A kind of observation that tells of the path without landmarks.
+struct Kind {
+  const char *class_name, *one, *many;
+  const char* advice;  ///< where nothing of it was dropped
+};
+
+constexpr Kind kKinds[] = {
+    {"CObservationGPS", "fix", "fixes",
+     "two that agree with each other and with the odometry are needed to begin with"},
+    {"CObservation2DRangeScan", "scan", "scans",
+     "which rays of the log are valid, and what is their maximum range?"},
+    {"CObservationPointCloud", "cloud", "clouds",
+     "are its points in the log, and is the map one in space ([map] dimension)?"}};
+
+/// What was dropped of observations of a kind, and why, else the advice.
+std::string reasons_for(const Kind& kind, const std::map<std::string, std::size_t>& dropped) {
+  const std::string start = fmt::format("{} dropped: ", kind.one);
+  std::vector<std::string> reasons;
+  for (const auto& [reason, count] : dropped) {
+    if (reason.rfind(start, 0) != 0) continue;
+    reasons.push_back(fmt::format("{} ({})", reason.substr(start.size()), count));
+  }
+  if (reasons.empty()) return kind.advice;
+  return fmt::format("dropped: {}", fmt::join(reasons, ", "));
+}
+
+/// Why nothing came of the observations of one class.
+std::string why_unused(const std::string& class_name, std::size_t count,
+                       const std::map<std::string, std::size_t>& dropped) {
+  for (const Kind& kind : kKinds) {
+    if (class_name != kind.class_name) continue;
+    return fmt::format("nothing was mapped: {}, and the path is dead reckoning; {}",
+                       count == 1 ? fmt::format("the one {} of the log was not used", kind.one)
+                                  : fmt::format("none of {} {} was used", count, kind.many),
+                       reasons_for(kind, dropped));
+  }
+  return "no landmark was mapped: nothing that the plugins saw became a landmark: are odometry and "
+         "ranges in metres, angles in radians, and the pose of the sensor right? Directions "
+         "without ranges place only what the robot passes. What was dropped tells more";
+}
+
+}  // namespace
+
+std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses_of_log,
+                               const std::map<std::string, std::size_t>& dropped) {
   std::vector<std::string> unused;
+  std::set<std::string> told;
   std::string advice = "-p loads further plugins";
   for (const auto& [name, use] : uses_of_log) {
     if (name == "CObservationOdometry" || name == "CObservationRobotPose") continue;
-    if (!use.users.empty())
-      return "nothing that the plugins saw became a landmark: are odometry and ranges in metres, "
-             "angles in radians, and the pose of the sensor right? Directions without ranges place "
-             "only what the robot passes. What was dropped tells more";
+    if (!use.users.empty()) told.insert(why_unused(name, use.count, dropped));
+    if (!told.empty()) continue;
     std::vector<std::string> could;
     for (const auto& plugin : samples()) {
       if (uses(*plugin, name)) could.push_back(name_of(*plugin));
@@ -115,9 +160,11 @@ std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses
     unused.back() += fmt::format(" for {}", fmt::join(could, " or "));
     advice = "[plugins] classes = auto chooses what suits a log";
   }
-  if (unused.empty()) return "the log holds no observations of landmarks";
-  return fmt::format("no plugin that was chosen uses what the log holds, {}; {}",
-                     fmt::join(unused, ", "), advice);
+  if (!told.empty()) return fmt::format("{}", fmt::join(told, "; "));
+  if (unused.empty()) return "no landmark was mapped: the log holds no observations of landmarks";
+  return fmt::format(
+      "no landmark was mapped: no plugin that was chosen uses what the log holds, {}; {}",
+      fmt::join(unused, ", "), advice);
 }
 
 }  // namespace hybrid

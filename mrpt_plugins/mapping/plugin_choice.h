@@ -29,7 +29,9 @@ std::map<std::string, ObservationUse> observation_uses(
     const std::map<std::string, std::size_t>& observations,
     const std::vector<std::shared_ptr<MappingPlugin>>& plugins);
 
-/// Message that says why these plugins mapped nothing, and what to do.
-std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses);
+/// Message that says why these plugins mapped nothing, and what to do: by the kind of observation
+/// that they use, and by what was `dropped` of it, with its reason.
+std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses,
+                               const std::map<std::string, std::size_t>& dropped);
 
 }  // namespace hybrid

@@ -27,6 +27,7 @@ Json to_json(const TrajectoryErrors& e) {
 
 Json to_json(const TrajectoryReport& report) {
   Json out = to_json(report.unaligned);
+  out["poses"] = report.poses;
   out["aligned"] = to_json(report.aligned);
   for (const RelativeError& e : report.relative) {
     out["relative"].push_back({{"distance_m", e.distance_m},

@@ -62,6 +62,12 @@ PointCloud clouds_of(const Frame& frame, DropReport& dropped) {
   return out;
 }
 
+/// Whether a frame has a cloud in which nothing was seen.
+bool sees_nothing(const Frame& frame) {
+  return std::any_of(frame.observations.begin(), frame.observations.end(),
+                     [](const auto& observation) { return is_empty_cloud(*observation); });
+}
+
 /// Edges of a graph between poses that do not follow each other; its poses count clouds.
 std::vector<ProposedClosure> closures_of(const std::string& path) {
   const PoseGraph graph = hybrid::read_graph(path);
@@ -194,7 +200,10 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
   Robot& robot = robots_.try_emplace(frame.robot, options_).first->second;
   robot.lost_odometry = robot.lost_odometry || !frame.has_odometry;
   PointCloud cloud = clouds_of(frame, out.dropped);
-  if (cloud.points.empty()) return out;
+  if (cloud.points.empty()) {
+    if (sees_nothing(frame)) ++robot.empty;
+    return out;
+  }
   if (!map.is_3d) {
     ++out.dropped["cloud dropped: the map is planar ([map] dimension)"];
     return out;
@@ -314,9 +323,9 @@ std::map<std::string, double> PointClouds::statistics() const {
   double places = 0, places_accepted = 0, sweep = 0;
   for (const auto& [number, robot] : robots_) {
     const CloudTracker& tracker = robot.mapper.tracker();
-    clouds += static_cast<double>(tracker.clouds());
+    clouds += static_cast<double>(tracker.clouds() + robot.empty);
     lost += static_cast<double>(tracker.lost());
-    blind += static_cast<double>(tracker.blind());
+    blind += static_cast<double>(tracker.blind() + robot.empty);
     sweep += tracker.sweep().share() / static_cast<double>(robots_.size());
     maps += static_cast<double>(tracker.local_maps().size());
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {

@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kNoRow = ~std::size_t{0};  // of the log: a pose of another robot
 constexpr double kMaxTimeDifference = 0.05;      // s, between a pose and its truth in a TUM file
+constexpr std::size_t kFewestShare = 10;         // of so many keyframes, one has a true pose
 
 /// Whether the odometry tells of no motion at all, as where a log has none.
 bool stands_still(const Trajectory& dead_reckoning) {
@@ -115,8 +116,9 @@ void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
 
 std::vector<std::string> Truth::warnings(const RobotPart& part) const {
   std::vector<std::string> out;
-  const std::string path = about_path(part);
-  if (!path.empty()) out.push_back(path);
+  for (const std::string& path : {about_path(part), about_number(part)}) {
+    if (!path.empty()) out.push_back(path);
+  }
   const auto& found = part.result.landmarks;
   for (const auto& [a, b] :
        exchanged_ids(match_by_id(found, truth_.landmarks), found, truth_.landmarks)) {
@@ -136,6 +138,19 @@ std::string Truth::about_path(const RobotPart& part) const {
   return path_file_ +
          ": the motions that it tells are not those of the odometry; is it the truth of another "
          "log?";
+}
+
+/// That most keyframes have no true pose; "" where enough have one.
+std::string Truth::about_number(const RobotPart& part) const {
+  const std::size_t all = part.result.trajectory.size();
+  if (truth_.path.empty() || all == 0) return "";
+  const std::size_t known = pairs(part.result.trajectory, part.log_rows).poses.size();
+  const bool is_few = known < kFewestTruePoses || kFewestShare * known < all;
+  if (!is_few || known == all) return "";
+  return fmt::format(
+      "{}: {} of {} keyframes {} a true pose, so that errors tell little of the path; are times of "
+      "truth and log of one clock?",
+      path_file_, known, all, known == 1 ? "has" : "have");
 }
 
 mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,

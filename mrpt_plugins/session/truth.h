@@ -66,7 +66,8 @@ class Truth {
 
   const GroundTruth& get() const { return truth_; }
 
-  /// What is odd about the true path, given the dead reckoning of the log, and about the ids of the
+  /// What is odd about the true path, given the dead reckoning of the log, how few keyframes it
+  /// tells of where they are few, and what is odd about the ids of the
   /// true landmarks, given those of the map.
   std::vector<std::string> warnings(const RobotPart& part) const;
 
@@ -83,6 +84,7 @@ class Truth {
 
  private:
   std::string about_path(const RobotPart& part) const;
+  std::string about_number(const RobotPart& part) const;
   /// The origin of the map in the frame of the truth.
   mrpt::poses::CPose3D origin_of_map(const Trajectory& estimate,
                                      const std::vector<std::size_t>& log_rows) const;

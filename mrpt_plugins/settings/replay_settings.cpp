@@ -219,23 +219,20 @@ void reject_second_reading(const ReplayRequest& request, const SourceOptions& so
   if (request.resume) throw Error(reason + "--resume needs a file, whose start it reads again");
 }
 
-/// Where nothing but scans is mapped, whose plugins take those between keyframes as well, and the
-/// INI sets no threshold: keyframes some motion apart.
-void space_keyframes(IniFile& ini, ReplaySettings& settings) {
+/// Where nothing but scans is mapped, whose plugins take those between keyframes as well: keyframes
+/// are some motion apart, by each threshold that is not given.
+void space_keyframes(ReplaySettings& settings) {
   const auto& plugins = settings.plugins;
   const bool only_scans =
       !plugins.empty() && std::all_of(plugins.begin(), plugins.end(), [](const auto& plugin) {
         return plugin->takes_scans_between();
       });
-  const IniSection keyframes = ini.section("keyframes");
-  const bool is_set =
-      keyframes.has("min_distance") || keyframes.has("min_angle_deg") || keyframes.has("min_time");
-  if (!only_scans || is_set) return;
+  if (!only_scans) return;
   for (RobotSettings& robot : settings.robots) {
-    KeyframeOptions& own = robot.source.keyframes;
-    if (own.min_distance > 0 || own.min_angle > 0 || own.min_time > 0) continue;
-    own = kScanKeyframes;
-    robot.source.follows_scans = true;
+    SourceOptions& source = robot.source;
+    if (!source.has_keyframe_distance) source.keyframes.min_distance = kScanKeyframes.min_distance;
+    if (!source.has_keyframe_angle) source.keyframes.min_angle = kScanKeyframes.min_angle;
+    source.follows_scans = !source.has_keyframe_distance || !source.has_keyframe_angle;
   }
 }
 
@@ -354,7 +351,7 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
     }
   }
   measure_receivers(settings);
-  space_keyframes(ini, settings);
+  space_keyframes(settings);
   settings.keeps_scans = keeps_scans(scans, settings);
   choose_plugins_of_robots(ini, automatic ? settings.chosen : names, settings);
   return settings;

@@ -91,6 +91,15 @@ def test_reports_show_their_fields():
             assert cls.__repr__ is not object.__repr__, name
 
 
+def add_edges(*edges, values=None):
+    graph = h.PoseGraph()
+    if values is not None:
+        graph.values = values
+    for start, end, measured in edges:
+        size = len(measured) if isinstance(measured, list) else 3 if isinstance(measured, h.SE2) else 6
+        graph.add_edge(start, end, measured, h.Noise.isotropic(size, 0.1))
+
+
 @pytest.mark.parametrize("call, message", [
     (lambda: h.Prior("X", h.SE2(), NOISE), "a key is a letter and a number, such as 'x3'; got 'X'"),
     (lambda: h.Prior(1, h.SE2(), NOISE), "a key is a letter and a number, such as 'x3'; got 1"),
@@ -107,6 +116,13 @@ def test_reports_show_their_fields():
     (lambda: h.Assignment({"d0": "a"}), "got 'a'"),
     (lambda: h.Key("landmark", 1), "such as Key('x', 3); its letter is 'landmark'"),
     (lambda: h.Key("x1", 2), "its letter is 'x1'"),
+    (lambda: h.Key("x", 2**56), "the number of a key is below 2^56 = 72057594037927936; got 'x72057594037927936'"),
+    (lambda: h.Key("x99999999999999999999999"), "the number of a key is below 2^56"),
+    (lambda: add_edges(("x0", "x0", h.SE2())), "edge from x0 to x0: x0 is both its ends"),
+    (lambda: add_edges(("x0", "x1", h.SE2()), ("x1", "x2", h.SE3())), "edge from x1 to x2: x1 is in the plane by other edges"),
+    (lambda: add_edges(("x0", "l1", [1.0, 2.0, 3.0]), ("x4", "x5", h.SE2())), "edge from x4 to x5: the other edges are in space"),
+    (lambda: add_edges(("x0", "x1", h.SE2()), values=VALUES), "edge from x0 to x1: x1 is SE3, not SE2"),
+    (lambda: h.PoseGraph().add_edge("x0", "x1", h.SE3(), NOISE), "its noise has 3 dimensions, and its measurement 6"),
     (lambda: h.ContinuousMarginals(*chain()).joint_covariance(["x0", "y"]), "got 'y'"),
 ])
 def test_a_mistake_is_told_by_name(call, message):

@@ -75,6 +75,15 @@ TEST_F(BadScansTest, AllAtMaximumRangeIsSaid) {
   EXPECT_EQ(rows_, bad.way.size());
 }
 
+TEST_F(BadScansTest, OneScanIsSaid) {
+  ScanLog bad;
+  bad.way.resize(1);
+  const Json summary = replayed(bad, 2);
+  EXPECT_EQ(summary.at("status"), "empty");
+  EXPECT_EQ(summary.at("message"),
+            "nothing was mapped: there is one scan, and only two tell a motion");
+}
+
 TEST_F(BadScansTest, OneRayIsSaid) {
   ScanLog bad;
   bad.spoil = [](std::size_t, auto& scan) { scan.resizeScan(1); };

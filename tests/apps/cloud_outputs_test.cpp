@@ -91,6 +91,21 @@ TEST_F(CloudOutputs, CloudsAloneAreNoMapWhereTheyAgreeWithNothing) {
   ASSERT_EQ(ran.code, 0) << ran.text;
   const auto summary = summary_of(at("in.rawlog"), 2);
   EXPECT_EQ(summary["status"], "empty") << summary.dump();
+  const std::string none =
+      fmt::format("nothing was mapped: of {0} clouds {0} show no surface", count_);
+  EXPECT_EQ(summary["message"].get<std::string>().find(none), 0U) << summary["message"];
+  EXPECT_EQ(entry(summary, "clouds that see nothing").at("verdict"), "bad");
+}
+
+TEST_F(CloudOutputs, CloudsWithoutAPointSeeNothing) {
+  for (std::size_t i = 1; i < count_; i += 2) write(fmt::format("in/{}.bin", i), "");
+  import("in", "--odometry " + at("in_odometry.txt"));
+  const auto summary = summary_of(at("in.rawlog"));
+  EXPECT_EQ(summary["plugins"]["clouds"], count_);
+  EXPECT_EQ(summary["plugins"]["clouds_blind"], count_ / 2);
+  const auto found = entry(summary, "clouds that see nothing");
+  EXPECT_NEAR(found.at("value"), 0.5, 0.05);
+  EXPECT_NE(found.at("verdict"), "good");
 }
 
 }  // namespace

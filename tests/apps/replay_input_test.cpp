@@ -12,6 +12,8 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <sstream>
+#include <vector>
 
 #include "tests/apps/replay_runner.h"
 #include "tests/mrpt_plugins/rawlog/compressed.h"
@@ -135,6 +137,35 @@ TEST_F(ReplayTest, ATruthOfAnotherLogWhoseTimesFitIsTold) {
     const std::string text = warnings("-c " + config(own));
     EXPECT_EQ(text.find(told), std::string::npos) << own << text;
   }
+}
+
+TEST_F(ReplayTest, ATruthOfFewKeyframesIsTold) {
+  summary_of(kClassedLog);
+  std::istringstream path(read_file(folder / "out" / "trajectory.tum"));
+  std::string line, text;
+  std::vector<std::string> rows;
+  while (std::getline(path, line)) {
+    if (line.empty() || line.front() == '#') continue;
+    rows.push_back(text += line + "\n");  // with those before
+  }
+  ASSERT_GT(rows.size(), 100U);
+  const auto told = [&](std::size_t count) {
+    const Ran ran = run_replay(kClassedLog + " --truth-path " + write("few.tum", rows[count - 1]) +
+                               " --no-pictures -o " + at("out"));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return ran.text;
+  };
+  const std::string one = told(1);
+  EXPECT_EQ(one.find("path rmse"), std::string::npos) << one;
+  EXPECT_NE(one.find("few.tum: 1 of "), std::string::npos) << one;
+  EXPECT_NE(one.find(" keyframes has a true pose -> "), std::string::npos) << one;
+  const std::string few = told(5);
+  EXPECT_NE(few.find("few.tum: 5 of "), std::string::npos) << few;
+  EXPECT_NE(few.find("m (5 of "), std::string::npos) << few;
+  const std::string part = told(rows.size() / 2);
+  EXPECT_EQ(part.find("few.tum: "), std::string::npos) << part;
+  EXPECT_NE(part.find("keyframes have a true pose) -> "), std::string::npos) << part;
+  EXPECT_EQ(told(rows.size()).find("a true pose"), std::string::npos);
 }
 
 TEST_F(ReplayTest, TruncatedLogGivesAPartialMap) {

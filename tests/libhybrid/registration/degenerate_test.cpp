@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include <gtest/gtest.h>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/registration/register.h"
 #include "tests/libhybrid/registration/clouds.h"
 
@@ -137,6 +138,28 @@ TEST(Degenerate, CloudsFarApartFindEachOther) {
   const RegistrationResult none =
       register_clouds(testing::moved(far.inverse(), target), target, options);
   EXPECT_EQ(none.status, Status::kNoMatch);
+}
+
+TEST(Degenerate, AnExtentThatIsLostFarFromTheOriginIsNotCalledAPoint) {
+  Random random(9);
+  Points near, far;
+  for (int i = 0; i < 100; ++i) {
+    near.emplace_back(random.uniform(0, 3), random.uniform(0, 3), random.uniform(0, 3));
+    far.push_back(near.back() + Eigen::Vector3d(1e8, 1e8, 0));
+  }
+  const auto message = [&](const Points& source) -> std::string {
+    try {
+      register_clouds(source, near);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message(far).find("the source cloud: its extent of "), std::string::npos);
+  EXPECT_NE(message(far).find("from the origin"), std::string::npos) << message(far);
+  const Points same(10, Eigen::Vector3d(1e8, 1e8, 0)), zero(10, Eigen::Vector3d::Zero());
+  EXPECT_NE(message(same).find("all its points coincide"), std::string::npos) << message(same);
+  EXPECT_NE(message(zero).find("all its points coincide"), std::string::npos) << message(zero);
 }
 
 }  // namespace

@@ -56,6 +56,36 @@ TEST(OdometryNoise, OfARobotThatGoesStraightIsMeasured) {
   EXPECT_NEAR(noise.rotation_scale(), 0.012 / 0.0105, 0.3);
 }
 
+/// Compares a motion as odometry states it with what a match tells, many times.
+OdometryNoise compared(const SE2& stated, const SE2& corrected, double turn, const SE2& match) {
+  OdometryNoise noise;
+  const UncertainMotion exact{match, 1e-6 * Eigen::Matrix3d::Identity()};
+  for (int i = 0; i < 40; ++i) {
+    noise.compare(stated, corrected, stated.translation().norm(), turn, exact);
+  }
+  return noise;
+}
+
+TEST(OdometryNoise, HalfTurnsTellNothingOfTheScale) {
+  // Of keyframes some way apart: the robot goes about, and one angle is past the jump.
+  const SE2 stated(0.5, 0.0, M_PI - 0.02), match(0.5, 0.0, -M_PI + 0.02);
+  const auto found = compared(stated, stated, M_PI, match).calibration();
+  EXPECT_NEAR(found[1], 1, 1e-12);
+  EXPECT_NEAR(found[2], 0, 1e-12);
+  // A turn of more than half, of which the angle says the rest the other way.
+  const SE2 more(0.0, 0.0, -3.05), matched(0.0, 0.0, -2.95);
+  EXPECT_NEAR(compared(more, more, 3.23, matched).calibration()[1], 1, 1e-12);
+}
+
+TEST(OdometryNoise, AScaleThatIsNotPositiveIsNotMeasured) {
+  const SE2 turn(0.0, 0.0, 1.0), back(0.0, 0.0, -1.0);
+  const auto turned = compared(turn, back, 1, back).calibration();
+  EXPECT_EQ(turned[1], 1);
+  EXPECT_NEAR(turned[2], 0, 1e-12);
+  const SE2 ahead(0.5, 0.0, 0.0), behind(-0.5, 0.0, 0.0);
+  EXPECT_EQ(compared(ahead, behind, 0, behind).calibration()[0], 1);
+}
+
 TEST(OdometryNoise, ScaleAndDriftAreFound) {
   std::vector<Move> moves;
   for (int i = 0; i < 200; ++i) moves.push_back(i % 3 == 0 ? Move::kTurn : Move::kAhead);

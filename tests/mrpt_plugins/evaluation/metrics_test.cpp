@@ -57,6 +57,9 @@ TEST(TrajectoryMetrics, AlignmentRecoversARigidMotion) {
     EXPECT_GT(r.unaligned.mean_m, 1);
     EXPECT_LT(r.aligned.max_m, 1e-12);
     EXPECT_LT(r.aligned.rotation_rmse_deg, 1e-6);
+    EXPECT_EQ(r.poses, pairs.size());
+    EXPECT_TRUE(r.is_telling());
+    EXPECT_FALSE(trajectory_report({pairs[0], pairs[1]}).is_telling());
   }
 }
 

@@ -112,5 +112,19 @@ TEST(AgreementHealth, WhereItIsGoodAScaleThatNoWheelHasIsOnlyDoubtful) {
   }
 }
 
+TEST(AgreementHealth, AScaleThatIsNotPositiveIsNotMeasured) {
+  const HybridGraph graph;
+  const Estimate estimate;
+  const MapResult result;
+  const std::map<std::string, std::size_t> none;
+  for (const auto& [length, turn] : {std::pair{1.0, -0.3}, std::pair{-1.0, 1.0}}) {
+    const std::map<std::string, double> figures = {
+        {"scans", 1000}, {"odometry_times_translation", length}, {"odometry_times_rotation", turn}};
+    for (const HealthEntry& entry : run_health({graph, estimate, result, none, 0, figures, true})) {
+      EXPECT_NE(entry.name, "scale of the odometry by scans") << entry.sentence;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -189,10 +189,18 @@ TEST(CloudIn, PointsAreWhereTheRobotHasThem) {
   auto empty = two_points();
   empty->pointcloud = CSimplePointsMap::Create();
   EXPECT_FALSE(cloud_in(*empty, dropped));
+  EXPECT_TRUE(is_empty_cloud(*empty));
+  const auto unseen = CSimplePointsMap::Create();
+  unseen->insertPointFast(std::nanf(""), 0, 0);
+  empty->pointcloud = unseen;
+  EXPECT_FALSE(cloud_in(*empty, dropped));
+  EXPECT_TRUE(is_empty_cloud(*empty));
+  EXPECT_FALSE(is_empty_cloud(*two_points()));
   auto far = two_points();
   far->sensorPose = mrpt::poses::CPose3D(1e9, 0, 0, 0, 0, 0);
   EXPECT_FALSE(cloud_in(*far, dropped));
-  EXPECT_EQ(dropped["cloud dropped: no points"], 1U);
+  EXPECT_FALSE(is_empty_cloud(*far));
+  EXPECT_EQ(dropped["cloud dropped: no points"], 2U);
   EXPECT_EQ(dropped["cloud dropped: sensor pose absurd"], 1U);
 }
 

@@ -112,6 +112,24 @@ TEST_F(Settings, RobotsHaveValuesOfTheirOwn) {
   EXPECT_NEAR(bert.start.pose[2], M_PI / 2, 1e-15);
 }
 
+TEST_F(Settings, AThresholdOfKeyframesLeavesTheOthersAsTheyAre) {
+  const auto keyframes = [&](const std::string& keys, const std::string& plugin) {
+    ReplayRequest request;
+    request.settings = {"plugins.classes=" + plugin, "map.dimension=2"};
+    const ReplaySettings read = settings("[log]\nrawlog = a.rawlog\n[keyframes]\n" + keys, request);
+    const KeyframeOptions& k = read.robots.front().source.keyframes;
+    return std::vector<double>{k.min_distance, std::round(k.min_angle * 180 / M_PI), k.min_time};
+  };
+  using Three = std::vector<double>;
+  EXPECT_EQ(keyframes("", "LaserScans"), (Three{0.5, 20, 0}));
+  EXPECT_EQ(keyframes("min_distance = 2\n", "LaserScans"), (Three{2, 20, 0}));
+  EXPECT_EQ(keyframes("min_angle_deg = 5\n", "LaserScans"), (Three{0.5, 5, 0}));
+  EXPECT_EQ(keyframes("min_time = 3\n", "LaserScans"), (Three{0.5, 20, 3}));
+  EXPECT_EQ(keyframes("min_distance = 0\n", "LaserScans"), (Three{0, 20, 0}));
+  EXPECT_EQ(keyframes("min_distance = 0\nmin_angle_deg = 0\n", "LaserScans"), (Three{0, 0, 0}));
+  EXPECT_EQ(keyframes("min_distance = 2\n", "BearingRangeKnownIds"), (Three{2, 0, 0}));
+}
+
 TEST_F(Settings, PluginsThatWereChosenAreNotChosenAgain) {
   ReplaySettings chosen;
   EXPECT_TRUE(with_chosen_plugins({}, chosen).settings.empty());
