@@ -26,7 +26,7 @@ constexpr double kLeastRotation = 0.003;
 constexpr double kClear = 5.0;
 /// Only turns of at most this [rad] along the path tell the scale of turns: of one that comes near
 /// half a turn, odometry and match may be on two sides of the jump of angles.
-constexpr double kMostTurn = 2.5;
+constexpr double kMostComparedTurn = 2.5;
 /// Number of keyframes that tell the scale, and of errors of scale 1 that are assumed before.
 constexpr std::size_t kMemory = 60;
 constexpr std::size_t kPrior = 10;
@@ -100,7 +100,7 @@ void OdometryNoise::compare(const SE2& stated, const SE2& corrected, double dist
   if (match_r < r * rotation_.scale + kLeastRotation) {
     const double sigma = std::hypot(match_r, r * rotation_.scale);
     rotation_.add(std::abs(error.z()) / r, 1.0);
-    if (turn <= kMostTurn && std::abs(error.z()) < kSurprise * sigma) {
+    if (turn <= kMostComparedTurn && std::abs(error.z()) < kSurprise * sigma) {
       const bool is_turn = std::abs(stated.angle()) > kClear * r;
       const Eigen::Vector2d of(is_turn ? stated.angle() : 0.0, distance);
       angle_.H += of * of.transpose() / (sigma * sigma);

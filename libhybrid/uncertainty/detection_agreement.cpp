@@ -17,7 +17,7 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostJudged = 8000;
-constexpr std::size_t kMostKnown = 1000000;  // landmarks of a map that frames are asked for
+constexpr std::size_t kMostAsked = 1000000;  // landmarks of a map that frames are asked for
 constexpr double kAgree = 0.95;              // probability of two detections of one thing to agree
 /// Shares of the detections of a sensor that are nearer, and less to the side, than its view ends.
 constexpr double kWithinRange = 0.9, kAside = 0.05;
@@ -124,7 +124,7 @@ class Detections {
     if (count_ == 0 || map.empty()) return {};
     LookTable table(looks_.front().time, reach_);
     look_at_own_places(false, table);
-    const std::size_t every = (looks_.size() * map.size() + kMostKnown - 1) / kMostKnown;
+    const std::size_t every = (looks_.size() * map.size() + kMostAsked - 1) / kMostAsked;
     for (std::size_t j = 0; j < looks_.size(); j += every) {
       table.begin_known_place(looks_[j].time);
       for (const KnownLandmark& landmark : map) {

@@ -90,14 +90,15 @@ void read_keyframes(IniFile& ini, SourceOptions& options) {
   KeyframeOptions& k = options.keyframes;
   keyframes.read("min_distance", k.min_distance,
                  "since the keyframe before [m]; 0: never. Where laser scans or fixes alone are "
-                 "mapped: 0.5 unless given, also if another threshold is",
+                 "mapped: 0.5 unless this or a time is given",
                  kLength);
   k.min_angle = keyframes.degrees("min_angle_deg", 0.0,
                                   "rotation since then; 0: never. Where laser scans or fixes alone "
-                                  "are mapped: 20 unless given, also if another threshold is",
+                                  "are mapped: 20 unless this or a time is given",
                                   {0, 360});
-  options.has_keyframe_distance = keyframes.has("min_distance");
-  options.has_keyframe_angle = keyframes.has("min_angle_deg");
+  const bool by_time = keyframes.has("min_time");
+  options.has_keyframe_distance = by_time || keyframes.has("min_distance");
+  options.has_keyframe_angle = by_time || keyframes.has("min_angle_deg");
   keyframes.read("min_time", k.min_time, "since then [s]; 0: never", kDuration);
   keyframes.replaces("tracklets", "gather");
   keyframes.read(

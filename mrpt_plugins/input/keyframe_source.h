@@ -54,7 +54,7 @@ struct SourceOptions {
   KeyframeOptions keyframes;
   bool tracklets = false;  ///< use detections between keyframes as tracklets; else they are left
                            ///< out
-  bool has_keyframe_distance = false;  ///< given, not the default; it may be 0
+  bool has_keyframe_distance = false;  ///< this, or a time, is given; it may be 0
   bool has_keyframe_angle = false;     ///< the same
   DetectionTrackerOptions tracker;
   DetectionOptions detections;

@@ -11,6 +11,7 @@
 
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/input/log_merge.h"
+#include "mrpt_plugins/mapping/detection_archive.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/session/map_place.h"
 #include "mrpt_plugins/session/scan_places.h"

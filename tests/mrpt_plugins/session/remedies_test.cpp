@@ -69,7 +69,7 @@ TEST(Draws, GiveLandmarksExtentsInSigmasOfADetection) {
             (std::vector<std::string>{"a.b=c", "BearingRangeAssociation.method=jcbb",
                                       "BearingRangeAssociation.extent=0.25", kAllDetections}));
   EXPECT_EQ(out[2].settings[2], "BearingRangeAssociation.extent=1");
-  EXPECT_EQ(out[3].settings[1], "sensor.noise=measured");
+  EXPECT_EQ(out[3].settings[1], kMeasuresNoise);
   summary.provenance.configuration[0].second[0].second = "jcbb";  // the user chose
   EXPECT_TRUE(draws(request, request, summary).empty());
   summary.provenance.configuration[0].second = {{"method", "hypotheses"}, {"extent", "0.5"}};
