@@ -67,7 +67,7 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
     const auto named = trusted.find({from.index(), to.index()});
     const bool is_named = named != trusted.end() && named->second;
     const bool trust = f >= relative_poses && !in_map ? true : by_file ? is_named : odometry;
-    if (!odometry || !trust) loops.push_back({from, to});
+    if (!odometry || !trust) loops.push_back({from, to, f});
     if (!trust) loop_of.push_back(loops.size() - 1);
     (trust ? task.problem.trusted : task.problem.closures).push_back(factor);
   }
