@@ -15,6 +15,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-pgo/certify.h"
+#include "apps/hybrid-pgo/fixed.h"
 #include "apps/hybrid-pgo/noise.h"
 #include "apps/hybrid-pgo/options.h"
 #include "apps/hybrid-pgo/outputs.h"
@@ -134,8 +135,8 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     summary.health.push_back(std::move(entry));
   }
   summary.noise = graph_noise(input, solution, loops);
-  for (const Health& part :
-       {noise_health(summary.noise), graph_agreement(input, solution, loops, summary.noise)}) {
+  for (const Health& part : {fixed_health(input, loops), noise_health(summary.noise),
+                             graph_agreement(input, solution, loops, summary.noise)}) {
     summary.health.insert(summary.health.end(), part.begin(), part.end());
   }
   summary.hypotheses = solution.hypotheses.size();
