@@ -85,7 +85,8 @@ Health graph_agreement(const Input& input, const Solution& solution, const std::
 using Clock = std::chrono::steady_clock;
 
 /// What is guessed or left out.
-std::string notes_on(const PoseGraph& graph) {
+std::string notes_on(const Input& input) {
+  const PoseGraph& graph = input.graph;
   std::string notes;
   const auto note = [&](const std::string& text) { notes += (notes.empty() ? "" : "; ") + text; };
   if (graph.equivalences > 0) {
@@ -105,6 +106,12 @@ std::string notes_on(const PoseGraph& graph) {
   }
   if (graph.unseen > 0) {
     note(fmt::format("{} landmarks that nothing measures are left out", graph.unseen));
+  }
+  if (!input.breaks.empty()) {
+    note(
+        fmt::format("{} edges of odometry say nothing, as {}: there the trajectory has a break, "
+                    "and they are loop closures",
+                    input.breaks.size(), input.breaks.front()));
   }
   return notes;
 }
@@ -143,7 +150,7 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
   }
-  summary.note = notes_on(input.graph);
+  summary.note = notes_on(input);
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;
   summary.start = solution.start;

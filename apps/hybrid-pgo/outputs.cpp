@@ -24,11 +24,10 @@ namespace {
 template <class Visit>
 void for_each_relative_pose(const Input& input, const Visit& visit) {
   const std::size_t count = input.graph.poses2.size() + input.graph.poses3.size();
-  const OdometryEdges is_odometry(input.graph);
   for (std::size_t f = 0; f < count; ++f) {
     const ContinuousFactor& factor = *input.factors[f];
     const Key from = factor.keys()[0], to = factor.keys()[1];
-    visit(from, to, factor, is_odometry(from, to));
+    visit(from, to, factor, !input.is_closure[f]);
   }
 }
 
