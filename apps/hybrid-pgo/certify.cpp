@@ -13,18 +13,15 @@ namespace {
 /// Poses of all relaxations that bound the joint objective, which limits their time.
 constexpr int kBoundedPoses = 2000;
 
-/// The active factors of a solution: all but closures that are not in force. `loops` has the
-/// closures in the order of their factors.
+/// The active factors of a solution: all but those of loops that are not in force.
 std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
                                                   const std::vector<Loop>& loops) {
   std::vector<ContinuousFactorPtr> factors;
-  std::size_t next = 0;
-  for (const ContinuousFactorPtr& factor : input.factors) {
-    const std::vector<Key>& keys = factor->keys();
-    const bool is_loop = next < loops.size() && keys.size() == 2 && loops[next].from == keys[0] &&
-                         loops[next].to == keys[1];
-    if (is_loop && !loops[next++].decision.in_force()) continue;
-    factors.push_back(factor);
+  const std::vector<const Loop*> loop_of = loops_of_factors(input, loops);
+  for (std::size_t f = 0; f < input.factors.size(); ++f) {
+    if (loop_of[f] == nullptr || loop_of[f]->decision.in_force()) {
+      factors.push_back(input.factors[f]);
+    }
   }
   return factors;
 }

@@ -9,6 +9,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/pose_graph/breaks.h"
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/solvers/starts.h"
 
@@ -30,6 +31,24 @@ std::string missing_text(const std::vector<Key>& keys, const Values& values) {
   }
   if (missing.size() > kNamed) text += fmt::format(", ... ({} in all)", missing.size());
   return text;
+}
+
+/// Tells closures from odometry. Where they are in question, odometry that says nothing is one.
+void find_closures(bool in_question, Input& input) {
+  const OdometryEdges is_odometry(input.graph);
+  const std::vector<bool> is_break =
+      in_question ? bound_breaks(input.graph) : std::vector<bool>(input.graph.edge_count());
+  const auto add = [&](const auto& edges) {
+    for (const auto& edge : edges) {
+      const bool breaks = is_break[input.is_closure.size()];
+      input.is_closure.push_back(breaks || !is_odometry(edge.from, edge.to));
+      if (!breaks) continue;
+      input.breaks.push_back(
+          fmt::format("{} {}", vertex_name(edge.from.index()), vertex_name(edge.to.index())));
+    }
+  };
+  add(input.graph.poses2);
+  add(input.graph.poses3);
 }
 
 }  // namespace
@@ -55,6 +74,7 @@ Input read_input(const std::string& path, const std::string& start,
                                                  "matrix that is"));
   }
   if (in_question) erase_copies(input.graph);
+  find_closures(in_question, input);
   if (shuffle) {
     if (input.graph.alternatives_count() == 0) {
       throw Error(path + ": has no edge with several hypotheses; leave --shuffle out");

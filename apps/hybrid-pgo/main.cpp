@@ -15,6 +15,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-pgo/certify.h"
+#include "apps/hybrid-pgo/fixed.h"
 #include "apps/hybrid-pgo/noise.h"
 #include "apps/hybrid-pgo/options.h"
 #include "apps/hybrid-pgo/outputs.h"
@@ -84,7 +85,8 @@ Health graph_agreement(const Input& input, const Solution& solution, const std::
 using Clock = std::chrono::steady_clock;
 
 /// What is guessed or left out.
-std::string notes_on(const PoseGraph& graph) {
+std::string notes_on(const Input& input) {
+  const PoseGraph& graph = input.graph;
   std::string notes;
   const auto note = [&](const std::string& text) { notes += (notes.empty() ? "" : "; ") + text; };
   if (graph.equivalences > 0) {
@@ -104,6 +106,12 @@ std::string notes_on(const PoseGraph& graph) {
   }
   if (graph.unseen > 0) {
     note(fmt::format("{} landmarks that nothing measures are left out", graph.unseen));
+  }
+  if (!input.breaks.empty()) {
+    note(
+        fmt::format("{} edges of odometry say nothing, as {}: there the trajectory has a break, "
+                    "and they are loop closures",
+                    input.breaks.size(), input.breaks.front()));
   }
   return notes;
 }
@@ -134,15 +142,15 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     summary.health.push_back(std::move(entry));
   }
   summary.noise = graph_noise(input, solution, loops);
-  for (const Health& part :
-       {noise_health(summary.noise), graph_agreement(input, solution, loops, summary.noise)}) {
+  for (const Health& part : {fixed_health(input, loops), noise_health(summary.noise),
+                             graph_agreement(input, solution, loops, summary.noise)}) {
     summary.health.insert(summary.health.end(), part.begin(), part.end());
   }
   summary.hypotheses = solution.hypotheses.size();
   for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
   }
-  summary.note = notes_on(input.graph);
+  summary.note = notes_on(input);
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;
   summary.start = solution.start;

@@ -94,15 +94,13 @@ struct InQuestion {
              const ClosureSelectionOptions& options)
       : is_closure(input.factors.size(), false) {
     if (trusts_all) return;
-    const OdometryEdges is_odometry(input.graph);
     const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
     RobustProblem problem;
     problem.initial = input.initial;
     for (std::size_t f = 0; f < input.factors.size(); ++f) {
       const std::vector<Key>& keys = input.factors[f]->keys();
-      is_closure[f] =
-          (is_in_map(input.graph, f) || (f < relative_poses && !is_odometry(keys[0], keys[1]))) &&
-          trusted.count({keys.front().index(), keys.back().index()}) == 0;
+      is_closure[f] = (is_in_map(input.graph, f) || (f < relative_poses && input.is_closure[f])) &&
+                      trusted.count({keys.front().index(), keys.back().index()}) == 0;
       (is_closure[f] ? problem.closures : problem.trusted).push_back(input.factors[f]);
       if (is_closure[f]) closures.push_back(f);
     }

@@ -24,11 +24,10 @@ namespace {
 template <class Visit>
 void for_each_relative_pose(const Input& input, const Visit& visit) {
   const std::size_t count = input.graph.poses2.size() + input.graph.poses3.size();
-  const OdometryEdges is_odometry(input.graph);
   for (std::size_t f = 0; f < count; ++f) {
     const ContinuousFactor& factor = *input.factors[f];
     const Key from = factor.keys()[0], to = factor.keys()[1];
-    visit(from, to, factor, is_odometry(from, to));
+    visit(from, to, factor, !input.is_closure[f]);
   }
 }
 
@@ -48,9 +47,10 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
   std::size_t number = 0;
   for_each_relative_pose(input,
                          [&](Key from, Key to, const ContinuousFactor& factor, bool is_odometry) {
-                           const auto decision = decisions.find(number++);
+                           const std::size_t f = number++;
+                           const auto decision = decisions.find(f);
                            if (is_odometry) return;
-                           loops.push_back({from, to});
+                           loops.push_back({from, to, f});
                            if (decision != decisions.end())
                              loops.back().decision = decision->second;
                            loops.back().decision.chi_square = 2 * factor.cost(estimate);
@@ -58,7 +58,7 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
   const std::size_t first = input.graph.edge_count();
   for (std::size_t f = first; f < first + input.graph.prior_count(); ++f) {
     const Key pose = input.factors[f]->keys()[0];
-    loops.push_back({pose, pose});
+    loops.push_back({pose, pose, f});
     const auto decision = decisions.find(f);
     if (decision != decisions.end()) loops.back().decision = decision->second;
     loops.back().decision.chi_square = 2 * input.factors[f]->cost(estimate);
@@ -67,15 +67,8 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
 }
 
 std::vector<const Loop*> loops_of_factors(const Input& input, const std::vector<Loop>& loops) {
-  const std::size_t edges = input.graph.poses2.size() + input.graph.poses3.size();
-  const OdometryEdges is_odometry(input.graph);
-  std::vector<const Loop*> out;
-  auto loop = loops.begin();
-  for (std::size_t f = 0; f < input.factors.size(); ++f) {
-    const std::vector<Key>& keys = input.factors[f]->keys();
-    const bool is_closure = f < edges && !is_odometry(keys[0], keys[1]);
-    out.push_back(is_closure || is_in_map(input.graph, f) ? &*loop++ : nullptr);
-  }
+  std::vector<const Loop*> out(input.factors.size(), nullptr);
+  for (const Loop& loop : loops) out.at(loop.factor) = &loop;
   return out;
 }
 

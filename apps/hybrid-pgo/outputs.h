@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ namespace hybrid {
 /// A loop closure and the decision about it; or a pose or position of `from` in the frame of the
 /// map.
 struct Loop {
-  Key from, to;  ///< the same pose twice for a measurement in the frame of the map
+  Key from, to;            ///< the same pose twice for a measurement in the frame of the map
+  std::size_t factor = 0;  ///< its number in the input
   ClosureDecision decision = ClosureDecision::trusted();
 
   bool in_map() const { return from == to; }
@@ -29,7 +31,6 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              const std::map<std::size_t, ClosureDecision>& decisions);
 
 /// For each factor of the input the loop that it belongs to, null for what is not in question.
-/// `loops` are those of find_loops.
 std::vector<const Loop*> loops_of_factors(const Input& input, const std::vector<Loop>& loops);
 
 /// hypotheses.csv: i, j, chosen hypothesis, and the position of the hypothesis that was first in

@@ -54,7 +54,6 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
   std::map<Pair, bool> trusted;
   const bool by_file = !options.trusted.empty() && options.trusted != "odometry";
   if (by_file) trusted = read_flags(options.trusted);
-  const OdometryEdges is_odometry(input.graph);
   Task task;
   const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
   std::vector<std::size_t> loop_of;  // of closures that are not trusted, asked in order
@@ -63,11 +62,11 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
     const ContinuousFactorPtr& factor = input.factors[f];
     const Key from = factor->keys().front(), to = factor->keys().back();
     const bool in_map = is_in_map(input.graph, f);
-    const bool odometry = !in_map && (f >= relative_poses || is_odometry(from, to));
+    const bool odometry = !in_map && (f >= relative_poses || !input.is_closure[f]);
     const auto named = trusted.find({from.index(), to.index()});
     const bool is_named = named != trusted.end() && named->second;
     const bool trust = f >= relative_poses && !in_map ? true : by_file ? is_named : odometry;
-    if (!odometry || !trust) loops.push_back({from, to});
+    if (!odometry || !trust) loops.push_back({from, to, f});
     if (!trust) loop_of.push_back(loops.size() - 1);
     (trust ? task.problem.trusted : task.problem.closures).push_back(factor);
   }

@@ -27,6 +27,8 @@ struct Input {
   Values initial;
   std::string start;                         ///< kind of initial values, as in Options
   std::vector<ContinuousFactorPtr> factors;  ///< those of `to_factors`
+  std::vector<bool> is_closure;              ///< of each relative pose; those of breaks are
+  std::vector<std::string> breaks;           ///< their ids, see bound_breaks
   std::vector<int> first_hypotheses;  ///< index of the first hypothesis of the file, by edge with
                                       ///< several
 
@@ -43,8 +45,8 @@ inline bool is_in_map(const PoseGraph& graph, std::size_t factor) {
 /// Reads a graph. `start` is "file", "odometry", "chordal", "tree" or "auto": the file if it has
 /// all vertices, else odometry. With a seed `shuffle`, hypotheses are put into random order.
 /// `repair_information` makes information matrices positive definite. Where closures are
-/// `in_question`, edges that came twice count once. Throws Error naming the file
-/// if it is malformed, not connected, or lacks vertices.
+/// `in_question`, edges that came twice count once, and odometry that says nothing is a closure.
+/// Throws Error naming the file if it is malformed, not connected, or lacks vertices.
 Input read_input(const std::string& path, const std::string& start,
                  std::optional<std::uint64_t> shuffle = std::nullopt,
                  bool repair_information = false, bool in_question = false);

@@ -69,6 +69,12 @@ void keep_solved(Input& input, Solution& solution) {
   }
   solution.decisions = std::move(decisions);
 
+  std::vector<bool> is_closure;
+  for (std::size_t f = 0; f < numbers.size(); ++f) {
+    if (numbers[f] != kGone) is_closure.push_back(input.is_closure[f]);
+  }
+  input.is_closure = std::move(is_closure);
+
   std::vector<bool> stays = keep(graph.alternatives2, numbers2);
   const std::vector<bool> stays3 = keep(graph.alternatives3, numbers3);
   stays.insert(stays.end(), stays3.begin(), stays3.end());

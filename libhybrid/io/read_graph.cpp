@@ -19,6 +19,7 @@ namespace {
 
 constexpr TextFormat kFormat{TextFormat::Cut::kWords, "#"};
 constexpr std::size_t kMostHypotheses = 1000;
+constexpr double kMostInformation = 1e30;  // of a standard deviation below the rounding of one
 
 /// The likely kind, for a message, of a file whose rows begin with this word.
 const char* other_form(std::string_view word) {
@@ -157,6 +158,9 @@ class Parser {
 
   /// Most edges of a file have the information of the one before.
   Noise noise(const Eigen::MatrixXd& information, const TextRow& row) {
+    if (information.maxCoeff() > kMostInformation) {
+      row.fail("information beyond 1e30, more than any measurement has; is it to be fixed (FIX)?");
+    }
     std::string why;
     try {
       const bool same = noise_ && noise_->dim() == information.rows();

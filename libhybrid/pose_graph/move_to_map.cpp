@@ -48,17 +48,15 @@ std::optional<Pose> motion_to_map(const PoseGraph& graph,
   const auto from = [&](Key key, const Pose& pose) {
     return Pose(pose * values.at<Pose>(key).inverse());
   };
-  for (const GraphPrior<Pose>& prior : poses) {
-    if (values.contains(prior.pose)) return from(prior.pose, prior.measured);
-  }
-  if (const auto motion = align_positions<Pose>(positions, values)) return motion;
-  if (graph.fixed.size() < 2) return std::nullopt;
   for (const Key key : graph.fixed) {
     if (key.letter() == key_letter::kPose && graph.values.contains(key) && values.contains(key)) {
       return from(key, graph.values.at<Pose>(key));
     }
   }
-  return std::nullopt;
+  for (const GraphPrior<Pose>& prior : poses) {
+    if (values.contains(prior.pose)) return from(prior.pose, prior.measured);
+  }
+  return align_positions<Pose>(positions, values);
 }
 
 template <class Pose>

@@ -298,7 +298,7 @@ std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values
     if (!keys.empty()) anchored.push_back(keys[0]);
   }
   for (Key key : anchored) {
-    const bool surveyed = anchored.size() > 1 && graph.values.contains(key);
+    const bool surveyed = !graph.fixed.empty() && graph.values.contains(key);
     factors.push_back(anchor(key, surveyed ? graph.values : initial, options.anchor_sigma));
   }
   return factors;

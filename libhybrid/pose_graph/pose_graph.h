@@ -122,10 +122,10 @@ Values initialize_from_odometry(const PoseGraph& graph);
 /// solvers converge.
 Values initialize_from_tree(const PoseGraph& graph);
 
-/// Moves values rigidly to where the graph measures the map: by the first pose measured in it, or
-/// by its positions if there are at least two in the plane or three in space, or by the first of
-/// several fixed poses that have VERTEX values. Otherwise they stay, and false is returned. Values
-/// may be those of a part of the graph.
+/// Moves values rigidly to where the graph measures the map: by the first fixed pose that has a
+/// VERTEX value, which no measurement is as sure as, or by the first pose measured in the map, or
+/// by its positions if there are at least two in the plane or three in space. Otherwise they stay,
+/// and false is returned. Values may be those of a part of the graph.
 bool move_to_map(const PoseGraph& graph, Values& values);
 
 /// Leaves out landmarks that nothing measures and that are not fixed; returns their number.
@@ -155,7 +155,7 @@ struct GraphFactorOptions {
 /// The factors of a graph: one per edge (relative poses in order of the file, then sightings of
 /// landmarks), then one per measurement in the frame of the map, then a prior on each fixed vertex,
 /// or on the pose of smallest id if nothing is fixed and no pose or position measured in the map.
-/// Several fixed vertices are at their VERTEX values, one at its `initial` value.
+/// A fixed vertex is at its VERTEX value, or without one at its `initial` value.
 std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
                                             const GraphFactorOptions& options = {});
 

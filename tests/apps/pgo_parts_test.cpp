@@ -150,6 +150,33 @@ TEST_F(PgoParts, ErrorsDoNotDependOnWhereTheMapBegins) {
   EXPECT_NEAR(rmse(write("vertices.g2o", vertices + edges)), without, 1e-4);
 }
 
+TEST_F(PgoParts, OdometryThatSaysNothingIsABreak) {
+  // One edge of odometry is stated to be unknown; closures hold the rest, two of them are false.
+  std::string odometry = this->odometry(0, 80), closures;
+  const std::size_t line =
+      odometry.find(std::to_string(symbol(0, 50)) + ' ' + std::to_string(symbol(0, 51)));
+  const std::size_t begin = odometry.find(" 2500 0 0", line), end = odometry.find('\n', line);
+  for (int k = 0; k < 40; ++k) {
+    closures += edge(symbol(0, k), symbol(0, k + 40), noisy(truth(0, k).between(truth(0, k + 40))));
+  }
+  closures = edge(symbol(0, 3), symbol(0, 70), SE2(4, 1, 2)) +
+             edge(symbol(0, 30), symbol(0, 60), SE2(-2, 5, 1)) + closures;
+  for (const std::string sure :
+       {"1e-12 0 0 1e-12 0 1e-12", "1e-300 0 0 1e-300 0 1e-300", "2500 0 0 2500 0 1e-12"}) {
+    std::string text = odometry;
+    text.replace(begin, end - begin, ' ' + sure);
+    for (const std::string mode : {"", " --online --trusted odometry", " --method portfolio"}) {
+      const nlohmann::json result = solved(write("break.g2o", text + closures) + mode);
+      EXPECT_EQ(result.at("outliers"), 2) << sure << mode;
+      EXPECT_NE(said.find("1 edges of odometry say nothing, as a50 a51"), std::string::npos)
+          << said;
+      // Where nothing else holds both parts together, it does.
+      const nlohmann::json alone = solved(write("alone.g2o", text) + mode);
+      EXPECT_NEAR(alone.at("cost").get<double>(), 0.0, 1e-6) << sure << mode;
+    }
+  }
+}
+
 TEST_F(PgoParts, SaysWhatIsDoubtfulInTheFile) {
   std::string text = odometry(0, 60);
   for (int k = 0; k < 3; ++k) text += edge(symbol(0, 7), symbol(0, 50), SE2(3, 4, 1));

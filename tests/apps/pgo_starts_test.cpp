@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "libhybrid/io/write_graph.h"
 #include "tests/apps/run_app.h"
@@ -124,6 +125,47 @@ TEST_F(PgoStarts, ACertificateLeavesRejectedClosuresOut) {
   const auto summary = nlohmann::json::parse(std::ifstream(at("out/summary.json")));
   EXPECT_EQ(summary["outliers"], 1);
   EXPECT_TRUE(summary["certificate"]["verified"]) << summary["certificate"];
+}
+
+TEST_F(PgoStarts, WhatIsFixedStandsAtItsLineWithEveryStart) {
+  const std::string information = " 400 0 0 400 0 10000\n";
+  std::string edges, lines;
+  for (int k = 0; k < 4; ++k) {
+    const std::string id = std::to_string(k);
+    lines += "VERTEX_SE2 " + id + ' ' + id + " 7 0\n";
+    if (k < 3) edges += "EDGE_SE2 " + id + ' ' + std::to_string(k + 1) + " 1 0 0" + information;
+  }
+  const std::string elsewhere = "EDGE_PRIOR_SE2 3 3 0 0" + information;
+  const std::string there = "EDGE_PRIOR_SE2 3 3 7 0" + information;
+  const auto x_2 = [&] {
+    const std::string rows = read("out/trajectory.tum");
+    std::istringstream row(rows.substr(rows.find("\n2 ") + 3));
+    double x = 0, y = 0;
+    row >> x >> y;
+    return Eigen::Vector2d(x, y);
+  };
+  // All lines, that of the fixed vertex alone, and one in another place than the first vertex.
+  for (const std::string& text : {lines + "FIX 0\n", std::string("VERTEX_SE2 0 0 7 0\nFIX 0\n"),
+                                  std::string("VERTEX_SE2 2 2 7 0\nFIX 2\n")}) {
+    for (const std::string& prior : {std::string(), there, elsewhere}) {
+      const std::string graph = write("g.g2o", text + edges + prior) + " --no-pictures -o ";
+      for (const std::string start : {"auto", "odometry", "chordal", "tree"}) {
+        for (const std::string mode :
+             {"", "--method lm", "--online", "--online --trusted odometry"}) {
+          const Ran run =
+              run_app("hybrid-pgo " + graph + at("out") + " --start " + start + ' ' + mode);
+          ASSERT_EQ(run.code, 0) << run.text;
+          const bool says = run.text.find(
+                                "1 of 1 poses and positions measured in the map "
+                                "contradict the fixed vertices") != std::string::npos;
+          EXPECT_EQ(says, prior == elsewhere) << text << prior << start << mode << run.text;
+          const bool decides = mode.empty() || mode.find("odometry") != std::string::npos;
+          if (prior == elsewhere && !decides) continue;
+          EXPECT_LT((x_2() - Eigen::Vector2d(2, 7)).norm(), 1e-6) << text << prior << start << mode;
+        }
+      }
+    }
+  }
 }
 
 TEST_F(PgoStarts, InformationThatIsNotDefiniteIsRepairedOnlyWhereAsked) {

@@ -368,6 +368,24 @@ TEST_F(Pgo, TrustsWhatItIsTold) {
   EXPECT_EQ(summary("gap")["outliers"], 0);
 }
 
+TEST_F(Pgo, OdometryInQuestionShiftsNoDecision) {
+  // The file names all odometry but that from 5 to 6; the closure that comes last is false.
+  const std::string graph = write("g.g2o", laps_graph(4) + edge(27, 9, SE2(5, -4, 1)));
+  std::string pairs;
+  for (int k = 1; k < 32; ++k) {
+    if (k != 6) pairs += std::to_string(k - 1) + " " + std::to_string(k) + "\n";
+  }
+  const std::string trusted = " --trusted " + write("trusted.txt", pairs);
+  const Ran ran = run(graph + trusted + " --no-pictures -o " + at("out"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  EXPECT_NE(read("out/loops.csv").find("\n27,9,rejected,"), std::string::npos);
+  EXPECT_NE(read("out/loops.csv").find("\n5,6,"), std::string::npos);
+  for (const auto& noise : summary("out")["noise"]) {
+    if (noise["measured"].is_null()) continue;
+    EXPECT_LT(noise["measured"].get<double>(), 2.0) << noise["kind"];
+  }
+}
+
 TEST_F(Pgo, StartsFromChordalRotations) {
   const std::string graph = write("g.g2o", laps_graph(4));
   ASSERT_EQ(run(graph + " --method lm -o " + at("a")).code, 0);

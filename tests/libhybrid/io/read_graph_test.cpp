@@ -153,6 +153,7 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair("EDGE_SE2 3 3 0 0 0 1 0 0 1 0 1", "vertex 3 to itself"),
         std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 -1", "positive definite"),
         std::pair("EDGE_SE2 0 1 0 0 0 0 0 0 0 0 0", "positive definite"),
+        std::pair("EDGE_SE2 0 1 0 0 0 1e300 0 0 1e300 0 1", "2:1: information beyond 1e30"),
         std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0",
                   "11 columns; expected: EDGE_SE2 i j x y angle information(6)"),
         std::pair("EDGE2 0 1 0 0 0 1 5 1 1 0 0", "positive definite"),

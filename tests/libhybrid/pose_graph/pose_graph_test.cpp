@@ -129,6 +129,23 @@ TEST(ToFactors, AnchorsWhatIsFixed) {
   EXPECT_EQ(factors[2]->keys(), std::vector<Key>{l(2)});
 }
 
+TEST(ToFactors, WhatIsFixedStandsAtItsLine) {
+  const std::string edges = "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 1 2 1 0 0 1 0 0 1 0 1\n";
+  const std::string line = "VERTEX_SE2 1 5 7 1\nFIX 1\n";
+  // A pose measured in the map is not as sure as what is fixed.
+  for (const std::string prior : {"", "EDGE_PRIOR_SE2 2 3 0 0 1 0 0 1 0 1\n"}) {
+    const PoseGraph graph = parse_graph(edges + line + prior, "file");
+    for (const Values& values : {initialize_from_odometry(graph), initialize_from_tree(graph)}) {
+      const SE2& pose = values.at<SE2>(x(1));
+      EXPECT_LT((pose.translation() - Eigen::Vector2d(5, 7)).norm(), 1e-12) << prior;
+      EXPECT_NEAR(pose.angle(), 1, 1e-12);
+    }
+    Values elsewhere = initialize_from_odometry(graph);
+    elsewhere.update(x(1), SE2());
+    EXPECT_NEAR(to_factors(graph, elsewhere).back()->cost(graph.values), 0.0, 1e-12) << prior;
+  }
+}
+
 template <class Pose>
 void check_round_trip() {
   Random random{5};
