@@ -3,6 +3,8 @@
 
 #include "mrpt_plugins/session/session.h"
 
+#include <algorithm>
+#include <iterator>
 #include <type_traits>
 
 #include "libhybrid/clouds/cloud_join.h"
@@ -110,9 +112,10 @@ Agreement Session::agreement(const std::vector<PlacedScan>& scans,
   if (has_planar_scans(map)) return agreement_with_map(scans, found_by(values, stored_scans(map)));
   if (has_clouds(map))
     return agreement_with_map(clouds, reach, found_by(values, stored_clouds(map)));
-  if (map.landmarks.empty()) return {};
-  return agreement_with_map(detections.placed(*mapper_, path),
-                            {map.landmarks.begin(), map.landmarks.end()});
+  std::vector<KnownLandmark> landmarks;
+  std::copy_if(map.landmarks.begin(), map.landmarks.end(), std::back_inserter(landmarks), exists);
+  return landmarks.empty() ? Agreement()
+                           : agreement_with_map(detections.placed(*mapper_, path), landmarks);
 }
 
 std::string Session::doubt(const Agreement& with_map, bool has_views) const {

@@ -42,14 +42,20 @@ SE2 moved(const SE2& pose, const Eigen::Vector2d& by) {
   return SE2(pose.x() + by.x(), pose.y() + by.y(), pose.angle());
 }
 
+std::vector<Eigen::Vector3d> things_by(std::mt19937& random, bool is_3d) {
+  std::uniform_real_distribution<double> place(-16, 16);
+  std::vector<Eigen::Vector3d> things;
+  for (int i = 0; i < 60; ++i) things.emplace_back(place(random), place(random), is_3d ? 1 : 0);
+  return things;
+}
+
 /// Detections of things around the circle, once a period, laid out by a path that has errors.
 std::vector<PlacedDetections> detections(double seconds, const Error& error, unsigned seed = 1,
                                          bool is_3d = false, double period = 1) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> place(-16, 16), share(0, 1);
-  std::vector<Eigen::Vector3d> things;
-  for (int i = 0; i < 60; ++i) things.emplace_back(place(random), place(random), is_3d ? 1 : 0);
+  std::uniform_real_distribution<double> share(0, 1);
+  const std::vector<Eigen::Vector3d> things = things_by(random, is_3d);
   std::vector<PlacedDetections> out;
   for (double time = 0; time < seconds; time += period) {
     PlacedDetections frame;
@@ -299,6 +305,30 @@ TEST(AgreementWithMap, IsOneInTheRightPlaceAndLessInAWrongOne) {
   EXPECT_NEAR(right.ratio, 1, 0.03);
   EXPECT_LT(with_map(scans, room_map(SE2(0.5, 0.3, 0))).ratio, 0.75);
   EXPECT_LT(with_map(scans, room_map(SE2(0, 0, 0.1))).ratio, 0.75);
+}
+
+TEST(AgreementWithMap, OfDetectionsIsOneAmongItsLandmarksAndLessInAnotherPlace) {
+  const auto landmarks = [](unsigned seed, bool is_3d, const Eigen::Vector3d& moved_by) {
+    std::mt19937 random(seed);
+    std::vector<KnownLandmark> map;
+    for (const Eigen::Vector3d& thing : things_by(random, is_3d)) {
+      KnownLandmark landmark;
+      landmark.position = thing + moved_by;
+      landmark.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+      map.push_back(landmark);
+    }
+    return map;
+  };
+  for (const bool is_3d : {false, true}) {
+    const auto frames = detections(kLap, none, 1, is_3d);
+    const Agreement right =
+        agreement_with_map(frames, landmarks(1, is_3d, Eigen::Vector3d::Zero()));
+    EXPECT_GT(right.looks, 50U);
+    EXPECT_NEAR(right.ratio, 1, 0.1);
+    EXPECT_LT(agreement_with_map(frames, landmarks(1, is_3d, {0.5, 0.3, 0})).ratio, 0.5);
+    EXPECT_LT(agreement_with_map(frames, landmarks(2, is_3d, Eigen::Vector3d::Zero())).ratio, 0.3);
+    EXPECT_EQ(agreement_with_map(frames, std::vector<KnownLandmark>()).looks, 0U);
+  }
 }
 
 TEST(AgreementWithMap, WhatTheMapLacksIsNoErrorOfThePlace) {

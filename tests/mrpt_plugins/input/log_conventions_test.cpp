@@ -190,7 +190,7 @@ TEST(LogConventions, WhereOdometryIsMissingWhileTheRobotMovesItIsNotAStraightLin
       EXPECT_LE(std::abs(step->odometry->mean.x()), 0.5 + 1e-9) << step->index;
     }
   }
-  EXPECT_EQ(missing, 1U + 21U + 1U);  // the first one, those in the gap, and that behind it
+  EXPECT_EQ(missing, 1U + 22U + 1U);  // the first one, those in the gap, and that behind it
   EXPECT_EQ(reader.warnings().at(OdometryGap::kMissing), 1U);
 }
 

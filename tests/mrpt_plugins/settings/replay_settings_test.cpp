@@ -124,7 +124,7 @@ TEST_F(Settings, AThresholdOfKeyframesLeavesTheOthersAsTheyAre) {
   EXPECT_EQ(keyframes("", "LaserScans"), (Three{0.5, 20, 0}));
   EXPECT_EQ(keyframes("min_distance = 2\n", "LaserScans"), (Three{2, 20, 0}));
   EXPECT_EQ(keyframes("min_angle_deg = 5\n", "LaserScans"), (Three{0.5, 5, 0}));
-  EXPECT_EQ(keyframes("min_time = 3\n", "LaserScans"), (Three{0.5, 20, 3}));
+  EXPECT_EQ(keyframes("min_time = 3\n", "LaserScans"), (Three{0, 0, 3}));
   EXPECT_EQ(keyframes("min_distance = 0\n", "LaserScans"), (Three{0, 20, 0}));
   EXPECT_EQ(keyframes("min_distance = 0\nmin_angle_deg = 0\n", "LaserScans"), (Three{0, 0, 0}));
   EXPECT_EQ(keyframes("min_distance = 2\n", "BearingRangeKnownIds"), (Three{2, 0, 0}));
