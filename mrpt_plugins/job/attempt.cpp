@@ -241,6 +241,23 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   return made;
 }
 
+/// One that would not be another map.
+Attempt left_out(const ReplayRequest& request, const ReplaySettings& settings,
+                 const Conditions& conditions) {
+  return {request, {}, false, false, false, is_as_stated(settings, conditions.had_no_ids)};
+}
+
+/// Maps the logs, unless that takes more than so much work.
+bool map_within(double most_work, Session& session, const Session::Watch& watch) {
+  session.mapper().limit_work(most_work);
+  try {
+    session.map(watch);
+  } catch (const TooMuchWork&) {
+    return false;
+  }
+  return true;
+}
+
 /// One attempt; where `doubt` has become the reason why the robots are not in the map file, nothing
 /// was made, and it is to be made again with that.
 Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
@@ -248,9 +265,7 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
                      std::string& doubt) {
   const std::unique_ptr<IniFile> ini = open_config(request);
   ReplaySettings settings = read_settings(*ini, request);
-  if (!conditions.allow(settings)) {
-    return {request, {}, false, false, false, is_as_stated(settings, conditions.had_no_ids)};
-  }
+  if (!conditions.allow(settings)) return left_out(request, settings, conditions);
   take_photographs(request, settings);
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
@@ -263,10 +278,8 @@ Attempt attempt_once(const ReplayRequest& request, const Watchers& watchers,
   ScanOutputs scans(settings.keeps_scans, session.mapper().is_3d(), session.plugins());
   SensorArchives measured;
   report.begin(session.mapper(), settings.title);
-  session.mapper().limit_work(conditions.most_work);
-  try {
-    session.map(watch(session, watchers, movie, report, scans, measured));
-  } catch (const TooMuchWork&) {
+  if (!map_within(conditions.most_work, session,
+                  watch(session, watchers, movie, report, scans, measured))) {
     return {request, {}, false, false, false, false, session.mapper().work()};
   }
   MapResult result = session.result();

@@ -164,11 +164,13 @@ bool is_right(const Health& health) {
   return worst(health) < HealthVerdict::kBad && agreement_of(health) != HealthVerdict::kDoubtful;
 }
 
-/// Makes other maps of logs whose map is not right, until one is; they begin with the best so far.
+/// Makes other maps of logs whose map is not right, until one is; they begin with the best so far,
+/// or with the one that was taken before.
 void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
   const Summary first = taken.outcome.summary;
+  const ReplayRequest before_draws = taken.request;
   while (taken.outcome.signal == 0 && !is_right(taken.outcome.summary.health)) {
-    const auto other = attempts.first_untried(draws(request, taken.request, first));
+    const auto other = attempts.first_untried(draws(request, {taken.request, before_draws}, first));
     if (!other) return;
     const Health before = taken.outcome.summary.health;
     take(attempts.make(*other, {&before, agrees_better}), taken);

@@ -57,6 +57,13 @@ bool is_judged(const Health& health) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
+/// Whether what a map has calibrated is not credible.
+bool has_bad_calibration(const Health& health) {
+  return std::any_of(health.begin(), health.end(), [](const HealthEntry& entry) {
+    return entry.of_calibration && entry.verdict == HealthVerdict::kBad;
+  });
+}
+
 /// Whether a map whose agreement is not judged is right by its other checks, of which there are as
 /// many as of another map.
 bool is_right_without(const Health& a, const Health& other) {
@@ -83,6 +90,15 @@ double setting(const IniFile::Settings& configuration, const std::string& name) 
   double value = 1;
   parse_number(text_of(configuration, name), value);
   return value;
+}
+
+/// Adds section.key=value in place of another value of that key.
+void give(ReplayRequest& request, const std::string& setting) {
+  const std::string key = setting.substr(0, setting.find('=') + 1);
+  std::vector<std::string>& all = request.settings;
+  const auto has_key = [&](const std::string& other) { return other.rfind(key, 0) == 0; };
+  all.erase(std::remove_if(all.begin(), all.end(), has_key), all.end());
+  all.push_back(setting);
 }
 
 /// Whether odometry is less sure than stated, which an error of its scale and a drift make.
@@ -112,7 +128,7 @@ std::vector<ReplayRequest> calibrated(const ReplayRequest& request, const Summar
                        text_of(configuration, "calibration.odometry") == "false";
   if (!is_free) return {};
   ReplayRequest out = request;
-  out.settings.emplace_back(kCalibrated);
+  give(out, kCalibrated);
   return {out};
 }
 
@@ -122,10 +138,9 @@ std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& 
   for (const double extent : kExtents) {
     if (!sigma) break;
     out.push_back(request);
-    out.back().settings.emplace_back("BearingRangeAssociation.method=jcbb");
-    out.back().settings.push_back(
-        fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
-    out.back().settings.emplace_back(kAllDetections);
+    give(out.back(), "BearingRangeAssociation.method=jcbb");
+    give(out.back(), fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
+    give(out.back(), kAllDetections);
   }
   return out;
 }
@@ -137,9 +152,8 @@ std::vector<ReplayRequest> following_longer(const ReplayRequest& request, const 
                        setting(configuration, kRangeSigma) == usual.range_sigma;
   if (!is_free) return {};
   std::vector<ReplayRequest> out(2, request);
-  for (ReplayRequest& longer : out)
-    longer.settings.push_back(fmt::format("{}={}", kMemory, kLongMemory));
-  out.back().settings.push_back(fmt::format("{}={}", kRangeSigma, usual.range_sigma / 2));
+  for (ReplayRequest& longer : out) give(longer, fmt::format("{}={}", kMemory, kLongMemory));
+  give(out.back(), fmt::format("{}={}", kRangeSigma, usual.range_sigma / 2));
   return out;
 }
 
@@ -151,7 +165,7 @@ std::vector<ReplayRequest> sparser(const ReplayRequest& request, const Summary& 
   for (const double interval : kIntervals) {
     if (!is_free) break;
     out.push_back(Remedies().apply(request));
-    out.back().settings.push_back(fmt::format("keyframes.min_time={}", interval));
+    give(out.back(), fmt::format("keyframes.min_time={}", interval));
   }
   return out;
 }
@@ -182,12 +196,12 @@ ReplayRequest Remedies::apply(ReplayRequest request) const {
   return request;
 }
 
-std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayRequest& taken,
+std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<ReplayRequest> bases,
                                  const Summary& summary) {
   std::vector<ReplayRequest> out = following_longer(request, summary);
-  // Associations that may have been wrong have told what the map that was taken has beside what was
-  // measured, and one that was too fine may have been worse for that.
-  const std::array<ReplayRequest, 2> bases{taken, Remedies().apply(request)};
+  // Associations that may have been wrong have told what the maps that were taken have beside what
+  // was measured, and one that was too fine may have been worse for that.
+  bases.push_back(Remedies().apply(request));
   for (const ReplayRequest& given : bases) {
     for (ReplayRequest& other : calibrated(given, summary)) out.push_back(std::move(other));
   }
@@ -216,6 +230,7 @@ std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary&
 }
 
 bool agrees_better(const Health& a, const Health& b) {
+  if (has_bad_calibration(a) && !has_bad_calibration(b)) return false;
   const bool a_is_judged = is_judged(a), b_is_judged = is_judged(b);
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
   if (!a_is_judged && b_is_judged && of_b == HealthVerdict::kBad) return is_right_without(a, b);

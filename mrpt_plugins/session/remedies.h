@@ -31,8 +31,8 @@ struct Remedies {
 };
 
 /// Requests for other maps of logs whose map is bad, in the order in which to try them; `request`
-/// is what the user asked for, and `taken` made the best map so far. Some may be made already. What
-/// the user, or the log, has set stays as it is, by the `summary` of the first map:
+/// is what the user asked for, and `bases` made the best maps so far. Some may be made already.
+/// What the user, or the log, has set stays as it is, by the `summary` of the first of these:
 /// * scale and drift of the odometry are estimated;
 /// * things that are seen by direction alone are followed for longer;
 /// * landmarks have an extent, from fine to coarse: what may be of one of them is of it (joint
@@ -40,7 +40,7 @@ struct Remedies {
 ///   used, also those between keyframes;
 /// * keyframes are farther apart in time, from fine to coarse: errors of detections that last are
 ///   less alike in them. Not for directions, whose crossings need them all.
-std::vector<ReplayRequest> draws(const ReplayRequest& request, const ReplayRequest& taken,
+std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<ReplayRequest> bases,
                                  const Summary& summary);
 
 /// The request without the fixes of satellite receivers, where the map with them, whose summary
@@ -50,9 +50,9 @@ std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary&
 
 /// Whether clearly more of what was measured far apart in time agrees in map `a` than in `b`, of
 /// which not both are good; or as much, and `a` is better by all checks, or by this alone where
-/// these do not tell. A map without a bad check is not given up for one that agrees less. A map
-/// that is not judged agrees with nothing, but where all other checks call it right it is better
-/// than one that is judged bad.
+/// these do not tell. A map without a bad check is not given up for one that agrees less, and
+/// none for one whose calibration is bad where its own is not. A map that is not judged agrees with
+/// nothing, but where all other checks call it right it is better than one that is judged bad.
 bool agrees_better(const Health& a, const Health& b);
 
 }  // namespace hybrid

@@ -63,7 +63,7 @@ TEST(Draws, GiveLandmarksExtentsInSigmasOfADetection) {
       {"BearingRangeAssociation", {{"method", "hypotheses"}, {"extent", "0"}}}};
   ReplayRequest request;
   request.settings = {"a.b=c"};
-  const std::vector<ReplayRequest> out = draws(request, request, summary);
+  const std::vector<ReplayRequest> out = draws(request, {request}, summary);
   ASSERT_EQ(out.size(), 6U);  // as it is, and measured
   EXPECT_EQ(out[0].settings,
             (std::vector<std::string>{"a.b=c", "BearingRangeAssociation.method=jcbb",
@@ -71,14 +71,14 @@ TEST(Draws, GiveLandmarksExtentsInSigmasOfADetection) {
   EXPECT_EQ(out[2].settings[2], "BearingRangeAssociation.extent=1");
   EXPECT_EQ(out[3].settings[1], kMeasuresNoise);
   summary.provenance.configuration[0].second[0].second = "jcbb";  // the user chose
-  EXPECT_TRUE(draws(request, request, summary).empty());
+  EXPECT_TRUE(draws(request, {request}, summary).empty());
   summary.provenance.configuration[0].second = {{"method", "hypotheses"}, {"extent", "0.5"}};
-  EXPECT_TRUE(draws(request, request, summary).empty());
+  EXPECT_TRUE(draws(request, {request}, summary).empty());
   summary.provenance.configuration[0].second[1].second = "0 1";  // of a class
-  EXPECT_TRUE(draws(request, request, summary).empty());
+  EXPECT_TRUE(draws(request, {request}, summary).empty());
   summary.provenance.configuration[0].second[1].second = "0";
   summary.statistics.clear();
-  EXPECT_TRUE(draws(request, request, summary).empty());
+  EXPECT_TRUE(draws(request, {request}, summary).empty());
 }
 
 HealthEntry agreement(HealthVerdict verdict, double value = 1) {
@@ -100,6 +100,17 @@ TEST(AgreesBetter, AsksTheAgreementOverTimeFirst) {
   const Health not_judged{agreement(HealthVerdict::kNotJudged), check("a", 1)};
   EXPECT_FALSE(agrees_better(not_judged, {agreement(good), check("a", 9)}));
   EXPECT_FALSE(agrees_better(not_judged, {agreement(HealthVerdict::kDoubtful), check("a", 9)}));
+}
+
+TEST(AgreesBetter, DoesNotTakeACalibrationThatIsNotCredible) {
+  HealthEntry scale = check("scale of rotation of odometry", 9);
+  scale.of_calibration = true;
+  const Health calibrated{agreement(HealthVerdict::kBad, 0.6), scale};
+  EXPECT_FALSE(agrees_better(calibrated, {agreement(HealthVerdict::kBad, 0.2), check("a", 9)}));
+  scale.value = 1;
+  scale.verdict = HealthVerdict::kGood;
+  EXPECT_TRUE(agrees_better({agreement(HealthVerdict::kBad, 0.6), scale},
+                            {agreement(HealthVerdict::kBad, 0.2), check("a", 9)}));
 }
 
 TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
@@ -136,7 +147,7 @@ TEST(Draws, BeginWithWhatTheTakenMapHadAndEndWithFewerKeyframes) {
       {"keyframes", {{"min_time", "0"}}}};
   ReplayRequest taken;
   taken.settings = {"reader.odometry_sigma_factor=3"};
-  const std::vector<ReplayRequest> out = draws({}, taken, summary);
+  const std::vector<ReplayRequest> out = draws({}, {taken}, summary);
   ASSERT_EQ(out.size(), 9U);
   EXPECT_EQ(out[0].settings.front(), "reader.odometry_sigma_factor=3");
   EXPECT_EQ(out[2].settings.front(), "reader.odometry_sigma_factor=3");
@@ -152,31 +163,31 @@ TEST(Draws, CalibrateTheOdometryFirstWhereNobodyHas) {
   summary.provenance.configuration = {{"calibration", {{"odometry", "false"}}}};
   ReplayRequest taken;
   taken.settings = {"a.b=c"};
-  const std::vector<ReplayRequest> out = draws({}, taken, summary);
+  const std::vector<ReplayRequest> out = draws({}, {taken}, summary);
   ASSERT_EQ(out.size(), 2U);
   EXPECT_EQ(out[0].settings, (std::vector<std::string>{"a.b=c", "calibration.odometry=yes"}));
   EXPECT_EQ(out[1].settings,
             (std::vector<std::string>{"sensor.noise=measured", "calibration.odometry=yes"}));
   summary.provenance.configuration = {{"calibration", {{"odometry", "true"}}}};
-  EXPECT_TRUE(draws({}, {}, summary).empty());
+  EXPECT_TRUE(draws({}, {ReplayRequest()}, summary).empty());
   summary.statistics.clear();  // of scans
   summary.provenance.configuration = {{"calibration", {{"odometry", "false"}}}};
-  EXPECT_TRUE(draws({}, {}, summary).empty());
+  EXPECT_TRUE(draws({}, {ReplayRequest()}, summary).empty());
 }
 
 TEST(Draws, AreSparserWhereTheLogIsOfDetectionsWhoseIntervalNobodyChose) {
   Summary summary;
   summary.statistics["detection_sigma_m"] = 0.1;
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
-  const std::vector<ReplayRequest> sparse = draws({}, {}, summary);
+  const std::vector<ReplayRequest> sparse = draws({}, {ReplayRequest()}, summary);
   ASSERT_EQ(sparse.size(), 3U);
   EXPECT_EQ(sparse[1].settings,
             (std::vector<std::string>{"sensor.noise=measured", "keyframes.min_time=1"}));
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0.2"}}}};
-  EXPECT_TRUE(draws({}, {}, summary).empty());
+  EXPECT_TRUE(draws({}, {ReplayRequest()}, summary).empty());
   summary.provenance.configuration = {{"keyframes", {{"min_time", "0"}}}};
   summary.statistics.clear();  // of scans
-  EXPECT_TRUE(draws({}, {}, summary).empty());
+  EXPECT_TRUE(draws({}, {ReplayRequest()}, summary).empty());
 }
 
 TEST(Draws, FollowLongerWhereTheLogIsOfDirectionsWhoseMemoryNobodyChose) {
@@ -188,15 +199,15 @@ TEST(Draws, FollowLongerWhereTheLogIsOfDirectionsWhoseMemoryNobodyChose) {
         {"keyframes", {{"min_time", "0"}}}};
   };
   configure("2");
-  const std::vector<ReplayRequest> longer = draws({}, {}, summary);
+  const std::vector<ReplayRequest> longer = draws({}, {ReplayRequest()}, summary);
   ASSERT_EQ(longer.size(), 2U);
   EXPECT_EQ(longer[0].settings, (std::vector<std::string>{"BearingRangeAssociation.memory=20"}));
   EXPECT_EQ(longer[1].settings.size(), 2U);
   configure("5");
-  EXPECT_TRUE(draws({}, {}, summary).empty());
+  EXPECT_TRUE(draws({}, {ReplayRequest()}, summary).empty());
   configure("2");
   summary.statistics.erase("directions");
-  EXPECT_EQ(draws({}, {}, summary).size(), 3U);  // sparser ones
+  EXPECT_EQ(draws({}, {ReplayRequest()}, summary).size(), 3U);  // sparser ones
 }
 
 HealthEntry of_agreement(double value) {
