@@ -128,8 +128,7 @@ class Detections {
     for (std::size_t j = 0; j < looks_.size(); j += every) {
       table.begin_known_place(looks_[j].time);
       for (const KnownLandmark& landmark : map) {
-        look(Eigen::Isometry3d::Identity(), {landmark.position, landmark.covariance}, j,
-             LookTime::kLate, table);
+        look(nullptr, {landmark.position, landmark.covariance}, j, LookTime::kLate, table);
       }
     }
     return conclude(table);
@@ -150,25 +149,14 @@ class Detections {
     const LookChoice choice(std::move(times), options_);
     std::size_t number = 0;
     for (const PlacedDetections& frame : looks_) {
-      const auto looks = [&] { return some_of(choice.around(frame.time, frame.robot), late); };
-      if (frame.has_range) look_at(frame, looks, number, table);
+      const auto looks = [&] { return choice.around(frame.time, frame.robot); };
+      if (frame.has_range) look_at(frame, looks, late, number, table);
     }
     for (std::size_t i = 0; i < crossings_.places.size(); ++i) {
       const PlacedDetections& frame = crossings_.places[i];
-      const auto looks = [&] {
-        return some_of(around_crossing(i, choice.around(frame.time, frame.robot)), late);
-      };
-      look_at(frame, looks, number, table);
+      const auto looks = [&] { return around_crossing(i, choice.around(frame.time, frame.robot)); };
+      look_at(frame, looks, late, number, table);
     }
-  }
-
-  /// Looks with the late ones, or without.
-  static Looks some_of(Looks looks, bool late) {
-    const auto is_left_out = [&](const auto& look) {
-      return !late && look.first == LookTime::kLate;
-    };
-    looks.erase(std::remove_if(looks.begin(), looks.end(), is_left_out), looks.end());
-    return looks;
   }
 
   /// The looks at what directions tell: soon are those of the same stretch that had no part in it.
@@ -182,11 +170,12 @@ class Detections {
     return looks;
   }
 
-  /// Looks at the places of a frame that are its turn; `number` counts those of all frames. The
-  /// looks are a walk over the log, and only asked for where there is such a place.
+  /// Looks at the places of a frame that are its turn; not `late`: soon looks alone. `number`
+  /// counts those of all frames. The looks are a walk over the log, and only asked for where there
+  /// is such a place.
   template <class FindLooks>
-  void look_at(const PlacedDetections& frame, const FindLooks& find_looks, std::size_t& number,
-               LookTable& table) const {
+  void look_at(const PlacedDetections& frame, const FindLooks& find_looks, bool late,
+               std::size_t& number, LookTable& table) const {
     const std::size_t every = (count_ + kMostJudged - 1) / kMostJudged;
     std::optional<Looks> looks;
     for (const MeasuredPoint& seen : frame.seen) {
@@ -194,21 +183,26 @@ class Detections {
       if (!looks) looks = find_looks();
       table.begin_place(frame.time);
       const DetectedPlace place = detected_place(seen);
-      for (const auto& [when, j] : *looks) look(frame.T_map_sensor, place, j, when, table);
+      for (const auto& [when, j] : *looks) {
+        if (late || when != LookTime::kLate) look(&frame.T_map_sensor, place, j, when, table);
+      }
     }
   }
 
-  /// The look of frame j at a place that was measured from elsewhere.
-  void look(const Eigen::Isometry3d& T_map_from, const DetectedPlace& place, std::size_t j,
+  /// The look of frame j at a place that was measured from elsewhere; null: that is in the map, and
+  /// known from all sides.
+  void look(const Eigen::Isometry3d* T_map_from, const DetectedPlace& place, std::size_t j,
             LookTime when, LookTable& table) const {
     const PlacedDetections& to = looks_[j];
-    const Eigen::Isometry3d T = to.T_map_sensor.inverse() * T_map_from;
+    const Eigen::Isometry3d T_sensor_map = to.T_map_sensor.inverse();
+    const Eigen::Isometry3d T = T_map_from ? T_sensor_map * *T_map_from : T_sensor_map;
     DetectedPlace here{T * place.point, T.linear() * place.covariance * T.linear().transpose()};
     if (!to.is_3d) here.point.z() = 0;
     const Eigen::Vector3d z = to_polar(here.point);
     if (!views_.at(to.sensor).holds(z, to.is_3d)) return;
     const bool found = to.has_range ? has_at(j, here) : has_towards(j, here);
-    table.add(when, z[0], angle_between(T.linear() * place.point, here.point), found);
+    const double turn = T_map_from ? angle_between(T.linear() * place.point, here.point) : 0.0;
+    table.add(when, z[0], turn, found);
   }
 
   bool has_at(std::size_t j, const DetectedPlace& here) const {

@@ -331,6 +331,23 @@ TEST(AgreementWithMap, OfDetectionsIsOneAmongItsLandmarksAndLessInAnotherPlace) 
   }
 }
 
+TEST(AgreementWithMap, OfDetectionsIsTheSameWhereverTheOriginOfTheMapIs) {
+  std::mt19937 random(1);
+  std::vector<KnownLandmark> map;
+  for (const Eigen::Vector3d& thing : things_by(random, false)) {
+    map.emplace_back().position = thing;
+    map.back().covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  }
+  std::vector<PlacedDetections> frames = detections(kLap, none);
+  const Agreement here = agreement_with_map(frames, map);
+  const Eigen::Vector3d away(-100, 30, 0);
+  for (PlacedDetections& frame : frames) frame.T_map_sensor.pretranslate(away);
+  for (KnownLandmark& landmark : map) landmark.position += away;
+  const Agreement there = agreement_with_map(frames, map);
+  EXPECT_EQ(there.looks, here.looks);
+  EXPECT_NEAR(there.ratio, here.ratio, 1e-9);
+}
+
 TEST(AgreementWithMap, WhatTheMapLacksIsNoErrorOfThePlace) {
   const std::vector<LaserScan> scans = room_scans(kLap);
   EXPECT_NEAR(with_map(scans, room_map(SE2(), 0)).ratio, 1, 0.03);
