@@ -136,6 +136,19 @@ TEST(LogConventions, PosesOfTheRobotAreOdometryWhereThereIsNoOther) {
   EXPECT_NEAR(all[5].odometry->mean.norm(), 1.5, 1e-6);
 }
 
+/// Reads a log to its end, in which the robot drives half a metre between two frames.
+std::size_t steps_without_odometry(RawlogReader& reader) {
+  std::size_t missing = 0;
+  while (const auto step = reader.next()) {
+    if (!step->odometry) {
+      ++missing;
+    } else {
+      EXPECT_LE(std::abs(step->odometry->mean.x()), 0.5 + 1e-9) << step->index;
+    }
+  }
+  return missing;
+}
+
 TEST(LogConventions, OdometryThatStartsAnewIsMissingThere) {
   const TemporaryFile log("reset.rawlog");
   Objects objects;
@@ -145,15 +158,7 @@ TEST(LogConventions, OdometryThatStartsAnewIsMissingThere) {
   }
   write_log(log.path(), objects);
   RawlogReader reader(log.path());
-  std::size_t missing = 0;
-  while (const auto step = reader.next()) {
-    if (!step->odometry) {
-      ++missing;
-    } else {
-      EXPECT_LE(std::abs(step->odometry->mean.x()), 0.5 + 1e-9) << step->index;
-    }
-  }
-  EXPECT_EQ(missing, 2U);  // the first one, and where it starts anew
+  EXPECT_EQ(steps_without_odometry(reader), 2U);  // the first one, and where it starts anew
   EXPECT_EQ(reader.warnings().at(
                 "odometry dropped: it starts anew, so that the motion there is not known"),
             1U);
@@ -182,15 +187,8 @@ TEST(LogConventions, WhereOdometryIsMissingWhileTheRobotMovesItIsNotAStraightLin
   }
   write_log(log.path(), objects);
   RawlogReader reader(log.path());
-  std::size_t missing = 0;
-  while (const auto step = reader.next()) {
-    if (!step->odometry) {
-      ++missing;
-    } else {
-      EXPECT_LE(std::abs(step->odometry->mean.x()), 0.5 + 1e-9) << step->index;
-    }
-  }
-  EXPECT_EQ(missing, 1U + 22U + 1U);  // the first one, those in the gap, and that behind it
+  EXPECT_EQ(steps_without_odometry(reader),
+            1U + 22U + 1U);  // the first one, those in the gap, and that behind it
   EXPECT_EQ(reader.warnings().at(OdometryGap::kMissing), 1U);
 }
 
