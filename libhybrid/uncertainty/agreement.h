@@ -31,8 +31,12 @@ struct AgreementOptions {
 /// and much later, which needs a path that is right. Both are compared at like distances and
 /// directions of view, so that what a sensor overlooks or takes amiss enters both.
 struct Agreement {
+  /// Share of looks that find a place soon again wherever the path holds for seconds. Chance finds
+  /// less, which is nothing to compare with: the late share is compared with this instead.
+  static constexpr double kLeastSoon = 0.1;
+
   double soon = 0, late = 0;  ///< shares of looks that found it
-  double ratio = 0;           ///< late over soon; about 1 where the path is right
+  double ratio = 0;           ///< late over soon, or `kLeastSoon`; about 1 where the path is right
   double sigma = 0;           ///< standard deviation of the ratio, by stretches of the log
   double far_from = 0;        ///< how much later the late looks were, at least [s]
   std::size_t looks = 0;      ///< late ones, with soon ones to compare with

@@ -63,6 +63,10 @@ void LookTable::end_place() {
   looks_.clear();
 }
 
+double LookTable::Shares::ratio() const {
+  return late / std::max(soon, Agreement::kLeastSoon);
+}
+
 /// The shares of looks that found something, both as the late ones of `spread` are spread.
 LookTable::Shares LookTable::compare(const Counts& soon, const Counts& late,
                                      const Counts& spread) const {
@@ -92,7 +96,7 @@ double LookTable::jackknife() const {
       }
     }
     const Shares shares = compare(rest, rest, all_);
-    if (shares.looks > 0 && shares.soon > 0) ratios.push_back(shares.ratio());
+    if (shares.looks > 0) ratios.push_back(shares.ratio());
   }
   if (ratios.size() < 2) return std::numeric_limits<double>::infinity();
   const auto n = static_cast<double>(ratios.size());
@@ -106,7 +110,7 @@ Agreement LookTable::conclude() {
   end_place();
   Agreement out;
   const Shares all = compare(all_, all_, all_);
-  if (all.looks <= 0 || all.soon <= 0) return out;
+  if (all.looks <= 0) return out;
   out.soon = all.soon;
   out.late = all.late;
   out.ratio = all.ratio();
@@ -115,7 +119,7 @@ Agreement LookTable::conclude() {
   out.judged = static_cast<double>(seen_late_) / static_cast<double>(places_);
   for (const auto& [number, counts] : stretches_) {
     const Shares own = compare(all_, counts, counts);
-    if (own.looks <= 0 || own.soon <= 0) continue;
+    if (own.looks <= 0) continue;
     out.stretches.push_back({begin_ + kLeftOut * static_cast<double>(number), own.ratio(),
                              static_cast<std::size_t>(own.looks)});
   }

@@ -29,6 +29,13 @@ HealthEntry empty_entry(const char* name) {
   return entry;
 }
 
+/// How the late share compares with the soon one.
+std::string comparison(const Agreement& found) {
+  const bool holds = found.soon >= Agreement::kLeastSoon;
+  return fmt::format("{:.2f} +- {:.2f} of {}.", found.ratio, found.sigma,
+                     holds ? "it" : "the 10 % that a path has which is right for seconds");
+}
+
 /// When the stretch of the log began that has the most looks that did not agree [s].
 double begin_of_worst(const Agreement& found) {
   const auto lost = [](const Agreement::Stretch& s) { return double(s.looks) * (1 - s.ratio); };
@@ -59,8 +66,8 @@ HealthEntry entry_of(const std::string& what, const Agreement& found) {
   HealthEntry entry = judged_agreement(kName, found);
   entry.sentence = fmt::format(
       "{} found {:.0f} % of what had been measured {:.0f} s or more apart at the places in view, "
-      "and {:.0f} % of what had been measured seconds apart: {:.2f} +- {:.2f} of it.",
-      what, 100 * found.late, found.far_from, 100 * found.soon, found.ratio, found.sigma);
+      "and {:.0f} % of what had been measured seconds apart: {}",
+      what, 100 * found.late, found.far_from, 100 * found.soon, comparison(found));
   if (entry.verdict == HealthVerdict::kNotJudged) entry.sentence += " That is too unsure.";
   if (entry.verdict > HealthVerdict::kGood) {
     entry.knob = fmt::format(
@@ -78,8 +85,8 @@ std::optional<HealthEntry> map_agreement_health(const Agreement& with_map) {
   HealthEntry entry = judged_agreement("agreement with the map", with_map);
   entry.sentence = fmt::format(
       "Of what the map has in view {:.0f} % was found, and {:.0f} % of what had been measured "
-      "seconds apart: {:.2f} +- {:.2f} of it.",
-      100 * with_map.late, 100 * with_map.soon, with_map.ratio, with_map.sigma);
+      "seconds apart: {}",
+      100 * with_map.late, 100 * with_map.soon, comparison(with_map));
   if (entry.verdict > HealthVerdict::kGood) {
     entry.knob =
         "what was moved or built since the map was made, and errors of the map; the "

@@ -42,7 +42,7 @@ class LookTable {
   using Counts = std::array<std::array<Count, kRanges * kTurns>, 2>;  // soon, late
   struct Shares {
     double soon = 0, late = 0, looks = 0;
-    double ratio() const { return late / soon; }
+    double ratio() const;
   };
 
   struct Look {

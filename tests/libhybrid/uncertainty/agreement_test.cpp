@@ -117,6 +117,26 @@ TEST(AgreementOverTime, OfDetectionsFallsWithTheErrorOfThePath) {
   EXPECT_LT(before, 0.6);
 }
 
+// So little is found by chance that one share of it says nothing of the other.
+TEST(AgreementOverTime, OfAPathThatOdometryBendsWithinSecondsIsNearlyNothing) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::vector<PlacedDetections> frames = detections(6 * kLap, none, seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> range(1, 9), angle(-1.5, 1.5);
+    for (PlacedDetections& frame : frames) {
+      for (int i = 0; i < 4; ++i) {  // false ones
+        const Eigen::Vector2d z(range(random), angle(random));
+        frame.seen.push_back({z, Eigen::Vector2d(1e-2, 1e-4).asDiagonal()});
+      }
+      frame.T_map_sensor = to_isometry(true_pose(-0.73 * (frame.time - 1.7e9)));
+    }
+    const Agreement found = agreement_of_detections(frames);
+    EXPECT_LT(found.soon, Agreement::kLeastSoon) << seed;
+    EXPECT_LT(found.ratio + found.sigma, 0.8) << seed;
+    EXPECT_GT(found.looks, 100U) << seed;
+  }
+}
+
 TEST(AgreementOverTime, InSpaceIsOneForTheRightPathAndLessForAWrongOne) {
   const Agreement right = agreement_of_detections(detections(2 * kLap, none, 1, true));
   EXPECT_NEAR(right.ratio, 1, 3 * right.sigma + 0.02);

@@ -17,6 +17,8 @@ Agreement agreement(double ratio, double sigma) {
   Agreement out;
   out.soon = 0.8;
   out.late = 0.8 * ratio;
+  out.soon = 0.8;
+  out.late = 0.8 * ratio;
   out.ratio = ratio;
   out.sigma = sigma;
   out.looks = 1000;
@@ -47,6 +49,16 @@ TEST(AgreementHealth, IsNotJudgedWhereItTellsNothing) {
   EXPECT_TRUE(std::isnan(entry.value));
   EXPECT_NE(entry.sentence.find("too unsure"), std::string::npos);
   EXPECT_EQ(agreement_of({entry}), HealthVerdict::kBad);
+}
+
+TEST(AgreementHealth, SaysWhatIsComparedWhereNothingIsFoundSoon) {
+  Agreement bent = agreement(0.4, 0.1);
+  bent.soon = 0.02;
+  bent.late = 0.04;
+  const HealthEntry entry = agreement_health(bent, {}).front();
+  EXPECT_EQ(entry.verdict, HealthVerdict::kBad);
+  EXPECT_NE(entry.sentence.find("0.40 +- 0.10 of the 10 % that"), std::string::npos)
+      << entry.sentence;
 }
 
 TEST(AgreementHealth, HasAnEntryForDetectionsAndOneForScans) {
