@@ -17,6 +17,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/import/detail/fix_table.h"
 #include "mrpt_plugins/import/detail/table_odometry.h"
+#include "mrpt_plugins/import/detail/wandering_path.h"
 #include "mrpt_plugins/import/detection_options.h"
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/input/odometry_reset.h"
@@ -124,14 +125,14 @@ class DetectionSteps {
     ImportedStep step{time, {}, std::move(observations), {}};
     if (odometry_.resets() > resets_) {
       log_.drop(OdometryReset::kDropped);
-    } else if (last_) {
-      step.motion = wandering_motion(last_->pose, *pose, odometry_.is_3d(),
-                                     options_.walk_translation, options_.walk_rotation);
+    } else if (way_) {
+      step.motion = way_->to(*pose);
     }
     resets_ = odometry_.resets();
     last_is_read_ = last_ && newest_ > last_->time;
     if (last_is_read_ && time > newest_) log_.add_odometry(time, *pose, odometry_.is_3d());
     last_ = TimedPose{time, *pose};
+    way_.emplace(*last_, odometry_.is_3d(), options_.walk_translation, options_.walk_rotation);
     newest_ = time;
     log_.add(step);
   }
@@ -141,6 +142,7 @@ class DetectionSteps {
     if (!last_is_read_) log_.add_odometry(last_->time, last_->pose, odometry_.is_3d());
     last_is_read_ = true;
     newest_ = row.time;
+    way_->pass(row);
     log_.add_odometry(row.time, row.pose, odometry_.is_3d());
   }
   Observations fixes_at(double time) { return fixes_ ? fixes_->take(time) : Observations(); }
@@ -184,10 +186,11 @@ class DetectionSteps {
   std::map<double, mrpt::obs::CObservationBeaconRanges::Ptr> ranges_;  // without directions, by
                                                                        // sigma
   CObservationClassedBearingRange::Ptr frame_, bare_;
-  std::size_t directions_ = 0;     // without ranges
-  std::optional<TimedPose> last_;  // step
-  double newest_ = 0;              // time of that or of the last row behind it
-  bool last_is_read_ = false;      // the last step, or a row behind it, is in the log
+  std::size_t directions_ = 0;        // without ranges
+  std::optional<TimedPose> last_;     // step
+  std::optional<WanderingPath> way_;  // from there on
+  double newest_ = 0;                 // time of that or of the last row behind it
+  bool last_is_read_ = false;         // the last step, or a row behind it, is in the log
   double time_ = -std::numeric_limits<double>::infinity();
 };
 

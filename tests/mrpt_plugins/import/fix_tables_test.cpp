@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <fmt/format.h>
 #include <mrpt/core/Clock.h>
 #include <mrpt/obs/CObservationGPS.h>
 
@@ -65,6 +66,32 @@ TEST_F(FixTables, AloneMakeALogWithAStepEach) {
   EXPECT_FALSE(fix.hasMsgClass<BestPos>());
   EXPECT_EQ(gga(fix_in(all[1])).fix_quality, 1);
   EXPECT_EQ(gga(fix_in(all[2])).fix_quality, 0);
+}
+
+// A circle of 100 s, between the ends of which nothing else is measured.
+TEST_F(FixTables, OdometryWandersAlongTheWayBetweenThem) {
+  std::string circle = "time,x,y,yaw\n";
+  for (int i = 0; i <= 500; ++i) {
+    const double angle = 2 * M_PI * i / 500;
+    circle += fmt::format("{},{},{},{}\n", 0.2 * i, 10 * std::sin(angle), 10 - 10 * std::cos(angle),
+                          std::remainder(angle, 2 * M_PI));
+  }
+  const std::string row = "-33.885,151.19,31,4\n";
+  DetectionTablesOptions options = tables("t,lat,lon,alt,quality\n0," + row + "100," + row);
+  options.odometry = write("circle.csv", circle);
+  import_detection_tables(options, log());
+  const auto ends = steps();
+  ASSERT_EQ(ends.size(), 2U);
+  ASSERT_TRUE(ends[1].odometry);
+  EXPECT_NEAR(ends[1].odometry->mean.norm(), 0, 1e-6);
+  // Along the circle of 20 pi m, and for the place the sum of what a turn that is wrong anywhere
+  // moves: the mean of squared distances to the start, along each axis.
+  const double way = 20 * M_PI, walk = std::pow(options.walk_rotation, 2) * way;
+  const Matrix6d& covariance = ends[1].odometry->covariance;
+  EXPECT_NEAR(covariance(5, 5), walk, 0.01 * walk);
+  const double place = std::pow(options.walk_translation, 2) * way;
+  EXPECT_NEAR(covariance(0, 0), place + 150 * walk, 0.02 * (place + 150 * walk));
+  EXPECT_NEAR(covariance(1, 1), place + 50 * walk, 0.02 * (place + 50 * walk));
 }
 
 TEST_F(FixTables, StandBetweenDetectionsAndWithThem) {
