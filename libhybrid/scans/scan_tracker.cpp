@@ -35,7 +35,7 @@ constexpr double kMostReach = 1.5;
 constexpr double kLeastTurn = 0.1;
 constexpr double kMostTurn = 0.8;
 /// Where that fails, odometry was wrong or scans are missing: the window is as large as this [m],
-/// [rad].
+/// [rad]. Odometry that is late by a scan is no farther off.
 constexpr double kLostReach = 2.0;
 constexpr double kLostTurn = 1.6;
 /// Standard deviations of the prediction of a scan that agrees with no map [m], [rad].
@@ -69,6 +69,12 @@ double log_odds(const ScanAlignment& found, const UncertainMotion& predicted) {
   const Eigen::Vector3d off = predicted.motion.between(found.pose).log();
   const double against = 0.5 * off.dot(predicted.covariance.ldlt().solve(off));
   return kPointEvidence * found.support - std::min(against, kBlunderEvidence);
+}
+
+/// Whether a pose is as near to another as odometry that is late has it.
+bool is_within_reach(const SE2& a, const SE2& b) {
+  const SE2 off = a.between(b);
+  return off.translation().norm() <= kLostReach && std::abs(off.angle()) <= kLostTurn;
 }
 
 /// In no direction is the variance of A larger than that of B.
@@ -132,8 +138,10 @@ ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points,
   options.prior = predicted.covariance.inverse();
   ScanAlignment best = align(points, *surfaces_, predicted.motion, options);
   if (points.empty() || best.inliers >= kDoubtful) return best;
+  const bool may_be_late = is_within_reach(pose_, predicted.motion);
   // Odometry may be late: the robot stands, or goes on as before.
   for (const SE2& start : {pose_, pose_ * last_motion_}) {
+    if (!may_be_late) break;
     const ScanAlignment other = align(points, *surfaces_, start, options);
     if (log_odds(other, predicted) > log_odds(best, predicted)) best = other;
   }
@@ -148,6 +156,7 @@ ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points,
   if (best.inliers >= options_.min_inliers) return best;
   for (const SE2& centre : {predicted.motion, pose_}) {
     search(points, predicted, {centre, Eigen::Vector2d::Constant(kLostReach), kLostTurn}, best);
+    if (!may_be_late) break;
   }
   return best;
 }

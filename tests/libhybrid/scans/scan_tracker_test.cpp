@@ -65,6 +65,18 @@ TEST(ScanTracker, FollowsWithoutOdometry) {
   EXPECT_LT(error_after(half_ring(), follower, 1.0, false), 0.3);
 }
 
+// A corridor looks alike everywhere: a robot that has gone on does not stand.
+TEST(ScanTracker, WhereScansAreMissingOdometryLeads) {
+  for (const std::size_t missing : {30, 60, 120}) {
+    SCOPED_TRACE(missing);
+    std::vector<SE2> way = half_ring();
+    const auto gap = way.begin() + 100;
+    way.erase(gap, gap + static_cast<std::ptrdiff_t>(missing));
+    Follower follower;
+    EXPECT_LT(error_after(way, follower, 1.0, true), 0.3);
+  }
+}
+
 TEST(ScanTracker, MeasuresThatOdometryIsBad) {
   for (const double scale : {0.6, 0.8, 1.2, 1.35}) {
     SCOPED_TRACE(scale);
