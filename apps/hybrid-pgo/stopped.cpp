@@ -15,19 +15,43 @@ namespace {
 
 constexpr std::size_t kGone = static_cast<std::size_t>(-1);
 
-/// Keeps the edges between variables in `values`; returns the new index of each edge.
-template <class Edge>
-std::vector<std::size_t> keep(std::vector<Edge>& edges, const Values& values) {
-  std::vector<Edge> kept;
-  std::vector<std::size_t> numbers;
-  for (const Edge& edge : edges) {
-    const bool stays = values.contains(edge.from) && values.contains(edge.to);
-    numbers.push_back(stays ? kept.size() : kGone);
-    if (stays) kept.push_back(edge);
-  }
-  edges = std::move(kept);
-  return numbers;
+template <class Measured>
+bool has_values(const GraphEdge<Measured>& edge, const Values& values) {
+  return values.contains(edge.from) && values.contains(edge.to);
 }
+template <class Pose>
+bool has_values(const GraphPrior<Pose>& prior, const Values& values) {
+  return values.contains(prior.pose);
+}
+template <class Point>
+bool has_values(const GraphPosition<Point>& position, const Values& values) {
+  return values.contains(position.pose);
+}
+
+/// New numbers of the factors of a graph whose measurements of variables without values go.
+class Kept {
+ public:
+  explicit Kept(const Values& values) : values_(values) {}
+
+  /// Keeps measurements of variables with values, in the order of `to_factors`.
+  template <class Measured>
+  void keep(std::vector<Measured>& all) {
+    std::vector<Measured> kept;
+    for (const Measured& one : all) {
+      const bool stays = has_values(one, values_);
+      numbers_.push_back(stays ? count_++ : kGone);
+      if (stays) kept.push_back(one);
+    }
+    all = std::move(kept);
+  }
+  /// The new number of each factor.
+  const std::vector<std::size_t>& numbers() const { return numbers_; }
+
+ private:
+  const Values& values_;
+  std::vector<std::size_t> numbers_;
+  std::size_t count_ = 0;
+};
 
 /// Keeps the alternatives of edges that stay, under their new numbers; returns whether each stays.
 template <class Pose>
@@ -57,11 +81,17 @@ void stopped(const PoseFeed& feed, Solution& solution) {
 void keep_solved(Input& input, Solution& solution) {
   const Values& values = solution.values;
   PoseGraph& graph = input.graph;
-  const std::vector<std::size_t> numbers2 = keep(graph.poses2, values);
-  const std::vector<std::size_t> numbers3 = keep(graph.poses3, values);
-  keep(graph.points2, values);
-  keep(graph.points3, values);
-  const std::vector<std::size_t>& numbers = numbers2.empty() ? numbers3 : numbers2;
+  Kept kept(values);
+  kept.keep(graph.poses2);
+  kept.keep(graph.poses3);  // a graph has those of the plane or those of space
+  const std::vector<std::size_t> edges = kept.numbers();
+  kept.keep(graph.points2);
+  kept.keep(graph.points3);
+  kept.keep(graph.priors2);
+  kept.keep(graph.priors3);
+  kept.keep(graph.positions2);
+  kept.keep(graph.positions3);
+  const std::vector<std::size_t>& numbers = kept.numbers();
 
   std::map<std::size_t, ClosureDecision> decisions;
   for (const auto& [number, decision] : solution.decisions) {
@@ -70,13 +100,13 @@ void keep_solved(Input& input, Solution& solution) {
   solution.decisions = std::move(decisions);
 
   std::vector<bool> is_closure;
-  for (std::size_t f = 0; f < numbers.size(); ++f) {
-    if (numbers[f] != kGone) is_closure.push_back(input.is_closure[f]);
+  for (std::size_t f = 0; f < edges.size(); ++f) {
+    if (edges[f] != kGone) is_closure.push_back(input.is_closure[f]);
   }
   input.is_closure = std::move(is_closure);
 
-  std::vector<bool> stays = keep(graph.alternatives2, numbers2);
-  const std::vector<bool> stays3 = keep(graph.alternatives3, numbers3);
+  std::vector<bool> stays = keep(graph.alternatives2, edges);
+  const std::vector<bool> stays3 = keep(graph.alternatives3, edges);
   stays.insert(stays.end(), stays3.begin(), stays3.end());
   std::vector<int> first, chosen;
   for (std::size_t k = 0; k < stays.size(); ++k) {

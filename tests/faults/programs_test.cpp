@@ -19,6 +19,7 @@ class ProgramFaults : public InjectionTest {
     for (int i = 1; i < poses; ++i) {
       text << "EDGE_SE2 " << i - 1 << ' ' << i << " 1 0 0.5 100 0 0 100 0 100\n";
       if (i % 13 == 0) text << "EDGE_SE2 " << i - 13 << ' ' << i << " 0 0 0.2 9 0 0 9 0 9\n";
+      if (i % 25 == 1) text << "EDGE_PRIOR_SE2 " << i - 1 << " 0 0 0 .1 0 0 .1 0 .1\n";
     }
     return write(name, text.str());
   }
