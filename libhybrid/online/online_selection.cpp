@@ -103,13 +103,15 @@ SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
 }
 
 OnlineSelection::State OnlineSelection::state() const {
-  return {evaluated_,   judged_,           choices_.save(), variance_factor_, radius_,
-          measured_at_, evaluation_.get(), work_,           updates_,         open_};
+  return {evaluated_, left_out_,    judged_,           choices_.save(), variance_factor_,
+          radius_,    measured_at_, evaluation_.get(), work_,           updates_,
+          open_};
 }
 
 /// All but the closures and the evaluation.
 void OnlineSelection::restore(State&& before) {
   evaluated_ = before.evaluated;
+  left_out_ = before.left_out;
   judged_ = before.judged;
   choices_.restore(std::move(before.choices));
   variance_factor_ = before.variance_factor;

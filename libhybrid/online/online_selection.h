@@ -72,11 +72,12 @@ struct SelectionReport : UpdateReport {
 /// for its innovation, exceeds the threshold of select_closures (see EvidenceModel), and only if
 /// the joint objective of eq. 6 falls. From then on its switch is free: the discrete half-step
 /// rejects it when later measurements contradict it. The newest closures that are not admitted are
-/// tested again when the map has changed. Whenever the number of closures has grown fourfold, and
-/// in finish(), all are evaluated again from scratch by select_closures, which can reverse any
-/// decision; the earlier evaluations together cost about a third of the last one. They are spread
-/// over the updates that follow, and adopted when they are done: what has come since then moves
-/// along, and its closures keep their state.
+/// tested again when the map has changed. Whenever the number of closures, or of those that are
+/// not admitted, has grown fourfold, and in finish(), all are evaluated again from scratch by
+/// select_closures, which can reverse any decision: what one closure does not prove many may prove
+/// together. The earlier evaluations that the number of closures asks for cost about a third of the
+/// last one. They are spread over the updates that follow, and adopted when they are done: what has
+/// come since then moves along, and its closures keep their state.
 ///
 /// Closures that span open choices wait until these are decided, see Choices. Those that are
 /// decided and that closures contradict are tried at other values, with all closures evaluated
@@ -133,7 +134,7 @@ class OnlineSelection {
   };
   /// The state that a change may alter, besides the smoother and the closures.
   struct State {
-    std::size_t evaluated = 0;
+    std::size_t evaluated = 0, left_out = 0;
     bool judged = false;
     Choices::State choices;
     double variance_factor = 1.0, radius = 0.0;
@@ -183,6 +184,7 @@ class OnlineSelection {
   std::size_t measured_at_ = 0;
   SwitchedClosures closures_;
   std::size_t evaluated_ = 0;          // number of closures when all were evaluated last
+  std::size_t left_out_ = 0;           // of them, after that
   UnderWay evaluation_;                // under way, or adopted by the last change
   double work_ = 0.0, updates_ = 0.0;  // of all updates, evaluations left out
   double work_before_ = 0.0;           // noted by the thread before the update under way

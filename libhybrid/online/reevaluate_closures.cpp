@@ -14,9 +14,13 @@
 namespace hybrid {
 namespace {
 
-/// All closures are evaluated again when their number exceeds this many times that of the last
-/// evaluation, plus some, before which there is little to decide otherwise.
+/// All closures are evaluated again when their number, or that of those left out, exceeds this many
+/// times that of the last evaluation, plus some, before which there is little to decide otherwise.
 constexpr std::size_t kGrowth = 4, kFirstEvaluated = 40;
+
+bool has_grown(std::size_t now, std::size_t last) {
+  return now > kGrowth * last + kFirstEvaluated;
+}
 
 /// Values are as good as others where they cost no more than this, in units of the objective.
 constexpr double kAsGood = 1.0;
@@ -58,7 +62,9 @@ bool OnlineSelection::evaluating() const {
 /// choices, which it may change, it is made at once.
 void OnlineSelection::go_on_evaluating(SelectionReport& report) {
   if (evaluation_.get() == nullptr) {
-    if (closures_.size() <= kGrowth * evaluated_ + kFirstEvaluated || waiting() > 0) return;
+    const bool is_due =
+        has_grown(closures_.size(), evaluated_) || has_grown(closures_.out(), left_out_);
+    if (!is_due || waiting() > 0) return;
     evaluation_.begin(std::make_unique<ClosureEvaluation>(
         problem(smoother_.estimate()), judged_closures().accepted, options_.selection));
   }
@@ -100,6 +106,7 @@ void OnlineSelection::reevaluate_all(SelectionReport& report) {
 void OnlineSelection::adopt_evaluation(RobustResult best, SelectionReport& report) {
   evaluated_ = best.decisions.size();
   adopt(best, report);
+  left_out_ = closures_.out();
   judged_ = evaluated_ == closures_.size();
   if (judged_) revise_by_closures(best, report);
   variance_factor_ = best.variance_factor;

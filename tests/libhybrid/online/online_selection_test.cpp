@@ -177,6 +177,35 @@ TEST(OnlineSelection, ALieThatCouldNotBeCheckedIsThrownOutByLaterClosures) {
     EXPECT_EQ(selection.status(k), ClosureStatus::kAccepted) << k;
 }
 
+// A step of which odometry is not sure, and off by four of its sigmas: no closure beyond it is
+// credible alone.
+TEST(OnlineSelection, ManyClosuresThatAgreeComeInBeforeTheEnd) {
+  constexpr int kBreak = 260, kPoses = 340;
+  Planar circle(kPoses);
+  const Noise unsure = Noise::diagonal(Eigen::Vector3d(0.3, 0.3, 0.15));
+  OnlineSelection selection;
+  int known = 0;
+  for (int i = 0; i < kPoses; ++i) {
+    Delta step = circle.step(i, selection.smoother().values());
+    if (i == kBreak) {
+      const SE2 measured = circle.odometry[i] * SE2(1.2, -1.2, 0.6);
+      step.continuous = {std::make_shared<BetweenSE2>(pose(i - 1), pose(i), measured, unsure)};
+      step.values.update(pose(i), selection.smoother().values().at<SE2>(pose(i - 1)) * measured);
+    }
+    std::vector<ContinuousFactorPtr> closures;
+    if (i >= kLap && (i < kBreak || i >= kBreak + 2)) {
+      closures.push_back(circle.closure(i - (i < kBreak ? kLap : 2 * kLap), i));
+      if (i < kBreak) ++known;
+    }
+    selection.update(step, closures);
+    if (i == kBreak + 20) {
+      EXPECT_NE(selection.status(known), ClosureStatus::kAccepted);
+    }
+  }
+  EXPECT_EQ(selection.status(known), ClosureStatus::kAccepted);
+  EXPECT_LT(circle.worst(selection.smoother().values()), 0.2);
+}
+
 TEST(OnlineSelection, LiesThatCameFirstGiveWayToTheTruth) {
   // Five lies that agree with each other and with the odometry, before anything true is seen.
   Planar circle(3 * kLap);
