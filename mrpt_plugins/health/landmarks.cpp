@@ -51,9 +51,9 @@ View view_of(const std::vector<FactOfSighting>& sightings) {
   return {quantile(ranges, 0.9), middle, quantile(yaws, 0.05), quantile(yaws, 0.95)};
 }
 
-/// Keyframes in the graph that had a landmark in view between its first and its last sighting, and
-/// those of them that saw it; and those before and after that looked from about where it was seen
-/// from.
+/// Keyframes of a detector in the graph that had a landmark in view between its first and its last
+/// sighting, and those of them that saw it; and those before and after that looked from about where
+/// it was seen from.
 struct Looks {
   std::size_t before = 0, between = 0, after = 0, seen = 0;
   double share() const { return static_cast<double>(seen) / static_cast<double>(between); }
@@ -84,7 +84,7 @@ std::vector<Looks> looks_at(const RunFacts& facts, const View& view) {
       });
     };
     Looks looks;
-    for (const std::size_t i : facts.in_graph) {
+    for (const std::size_t i : facts.looked_from) {
       if (i >= count || !view.contains(poses[i], landmark.position)) continue;
       const bool between = i >= *seen.begin() && i <= *seen.rbegin();
       if (!between && !is_near(i)) continue;

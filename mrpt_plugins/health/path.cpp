@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -217,22 +218,40 @@ struct ClockFit {
   std::vector<double> intervals;
 };
 
+/// Measured motions between poses at which the sensor in question looked, by where they begin.
+std::map<std::size_t, FactOfMotion> motions_of_sensor(const RunFacts& facts) {
+  if (facts.sightings.empty()) return facts.motions;
+  std::map<std::size_t, FactOfMotion> out;
+  for (const std::size_t from : facts.looked_from) {
+    Eigen::Isometry3d measured = Eigen::Isometry3d::Identity();
+    for (auto next = facts.motions.find(from); next != facts.motions.end();
+         next = facts.motions.find(next->second.to)) {
+      measured = measured * next->second.measured;
+      if (facts.looked_from.count(next->second.to) == 0) continue;
+      out[from] = {next->second.to, measured, {}};
+      break;
+    }
+  }
+  return out;
+}
+
 ClockFit clock_fit(const RunFacts& facts) {
   ClockFit out;
   const Trajectory& path = facts.run.result.trajectory;
+  const std::map<std::size_t, FactOfMotion> motions = motions_of_sensor(facts);
   const auto rates = [&](std::size_t i) -> std::optional<std::array<double, 3>> {
-    const auto m = facts.motions.find(i);
-    if (m == facts.motions.end() || m->second.to >= path.size()) return std::nullopt;
+    const auto m = motions.find(i);
+    if (m == motions.end() || m->second.to >= path.size()) return std::nullopt;
     const double dt = path[m->second.to].time - path[i].time;
     if (dt <= 0) return std::nullopt;
     const Vector6d v = tangent_of(m->second.measured);
     return std::array<double, 3>{v[5] / dt, v[0] / dt, dt};
   };
   std::optional<std::size_t> before;
-  for (const auto& [i, motion] : facts.motions) {
+  for (const auto& [i, motion] : motions) {
     const auto here = rates(i), after = rates(motion.to);
     const auto earlier = before ? rates(*before) : std::nullopt;
-    const bool follows = before && facts.motions.at(*before).to == i;
+    const bool follows = before && motions.at(*before).to == i;
     before = i;
     if (!here || !after || !earlier || !follows) continue;
     const Vector6d e =
@@ -296,7 +315,7 @@ void check_calibration(const RunFacts& facts, Health& health) {
       if (scale.name.rfind("scale of ", 0) != 0 || !scale.observed) continue;
       HealthEntry entry;
       entry.name = scale.name + " of " + calibration.name;
-      entry.of_calibration = true;
+      entry.is_optional = true;
       const UpperLimits& limits = facts.is_by_scans() ? kWheelLimits : kScaleLimits;
       entry.value = factor_off(scale.value);
       entry.most = limits.doubtful;

@@ -102,6 +102,11 @@ RunFacts::RunFacts(const RunToJudge& run) : run(run) {
     }
     if (component.factor != nullptr) add_fact(*component.factor, *this);
   });
+  for (const FactOfSighting& sighting : sightings) looked_from.insert(sighting.pose);
+  const std::vector<StepRecord>& steps = run.result.steps;
+  for (const std::size_t i : in_graph) {
+    if (i >= steps.size() || steps[i].has_detections) looked_from.insert(i);
+  }
   try {
     marginals.emplace(run.graph, run.estimate);
   } catch (const Error&) {

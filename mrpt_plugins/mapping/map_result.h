@@ -47,12 +47,13 @@ struct MoverEstimate : Mover {
 
 /// Work of the solver for one keyframe, one line of steps.csv.
 struct StepRecord : UpdateWork {
-  std::int64_t keyframe = 0;  ///< its number, or the id of a pose in its file
-  double time = 0;            ///< time stamp of the keyframe, s
-  double plugin_ms = 0;       ///< wall time of the plugins, association included
-  double cost = 0;            ///< half the weighted squared error of the continuous factors
-  std::size_t landmarks = 0;  ///< in the map after the step
-  std::size_t robot = 0;      ///< of several, the one whose keyframe it is
+  std::int64_t keyframe = 0;   ///< its number, or the id of a pose in its file
+  double time = 0;             ///< time stamp of the keyframe, s
+  double plugin_ms = 0;        ///< wall time of the plugins, association included
+  double cost = 0;             ///< half the weighted squared error of the continuous factors
+  std::size_t landmarks = 0;   ///< in the map after the step
+  std::size_t robot = 0;       ///< of several, the one whose keyframe it is
+  bool has_detections = true;  ///< a detector looked there, and may have seen nothing
 };
 
 /// Estimated parameters of the robot: the pose of a sensor, or scale and drift of odometry.

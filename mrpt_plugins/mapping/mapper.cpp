@@ -305,7 +305,7 @@ StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report)
   return {report,        static_cast<int>(steps_.size()) - 1,
           keyframe.time, plugin_ms_,
           report.cost,   landmarks_.size(),
-          robot_};
+          robot_,        !keyframe.detections.empty()};
 }
 
 FixSource* Mapper::fix_source() const {

@@ -43,6 +43,8 @@ struct RunFacts {
   std::map<std::size_t, FactOfMotion> motions;  ///< by the pose that they begin at
   /// Poses that are in the graph, with all that was measured there; others have left a window.
   std::set<std::size_t> in_graph;
+  /// Those of them from which a detector looked: others are of other sensors.
+  std::set<std::size_t> looked_from;
   /// Poses that a landmark was seen from, of these.
   std::map<std::int64_t, std::set<std::size_t>> seen_from;
   /// Nothing where the covariances cannot be had.

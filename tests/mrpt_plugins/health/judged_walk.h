@@ -34,6 +34,7 @@ struct Stated {
   bool calibrated = false;     ///< odometry is too short, and calibrated
   bool own_ids = false;        ///< each detection is of a landmark of its own
   bool by_scans = false;       ///< nothing is detected, the poses are known
+  int every = 1;               ///< one of so many keyframes is of the detector
   int left = 0;                ///< keyframes whose measurements have left the window
 };
 
@@ -54,7 +55,11 @@ class Walk {
     place_poses();
     place_things();
     add_motions();
-    for (int i = stated.left; i < kPoses; ++i) look_from(i);
+    result_.steps.resize(kPoses);
+    for (int i = stated.left; i < kPoses; ++i) {
+      result_.steps[i].has_detections = i % stated.every == 0;
+      if (result_.steps[i].has_detections) look_from(i);
+    }
   }
 
   Health health(std::size_t decided = 1) const {

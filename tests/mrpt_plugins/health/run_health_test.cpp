@@ -110,6 +110,17 @@ TEST(RunHealth, LandmarksThatAreHardlySeenWhenInView) {
   EXPECT_EQ(verdict_of(Walk(s).health(), "landmarks seen when in view"), HealthVerdict::kBad);
 }
 
+// Lasers and receivers make keyframes of their own.
+TEST(RunHealth, KeyframesOfOtherSensorsMissNothingAndHaveNoClockOfDetections) {
+  Stated s;
+  s.every = 8;
+  const Health health = Walk(s).health();
+  EXPECT_EQ(verdict_of(health, "landmarks seen when in view"), HealthVerdict::kGood);
+  EXPECT_EQ(verdict_of(health, "landmarks seen at one time only"), HealthVerdict::kGood);
+  s.every = 2;
+  EXPECT_NEAR(find(Walk(s).health(), "clock of the detections")->most, 0.1, 1e-6);
+}
+
 /// What a check says of two drives along things: the second is `aside` of the first, and sees all
 /// as landmarks of its own.
 HealthVerdict verdict_of_two_drives(double aside, const std::string& name) {
