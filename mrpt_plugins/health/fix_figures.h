@@ -32,7 +32,8 @@ struct FixFigures {
 /// by then.
 FixFigures fix_figures(const MapResult& result);
 
-/// The verdict on the share of false fixes; not judged where they are few, or taken without modes.
-HealthVerdict verdict_on_false(const FixFigures& fixes);
+/// The worse verdict on the shares of false and of biased fixes; not judged where they are few, or
+/// taken without modes.
+HealthVerdict verdict_on_fixes(const FixFigures& fixes);
 
 }  // namespace hybrid

@@ -73,9 +73,14 @@ bool are_judged(const FixFigures& fixes) {
 
 HealthEntry fix_entry(const char* name, double value, const UpperLimits& limits,
                       const FixFigures& fixes, const std::string& sentence, const char* knob) {
-  if (are_judged(fixes)) return judged_entry(name, value, limits, sentence, knob);
+  if (are_judged(fixes)) {
+    HealthEntry entry = judged_entry(name, value, limits, sentence, knob);
+    entry.is_optional = true;
+    return entry;
+  }
   HealthEntry entry;
   entry.name = name;
+  entry.is_optional = true;
   entry.value = std::numeric_limits<double>::quiet_NaN();
   entry.most = limits.doubtful;
   entry.verdict = HealthVerdict::kNotJudged;
@@ -114,8 +119,9 @@ FixFigures fix_figures(const MapResult& result) {
   return out;
 }
 
-HealthVerdict verdict_on_false(const FixFigures& fixes) {
-  return are_judged(fixes) ? judge(fixes.wrong_share(), kFalseLimits) : HealthVerdict::kNotJudged;
+HealthVerdict verdict_on_fixes(const FixFigures& fixes) {
+  if (!are_judged(fixes)) return HealthVerdict::kNotJudged;
+  return std::max(judge(fixes.wrong_share(), kFalseLimits), judge(fixes.bias_share, kBiasedLimits));
 }
 
 void check_fixes(const RunFacts& facts, Health& health) {

@@ -33,7 +33,8 @@ struct HealthEntry {
   /// section.key of the INI, a factor of what "value" is measured in; empty: there is none.
   std::string scale = {};
   std::vector<HealthSample> over_time = {};  ///< empty: it is a value of the whole
-  bool of_calibration = false;               ///< of what is estimated only where that is asked for
+  /// Of what not every map of a log has: calibrations, fixes of satellite receivers.
+  bool is_optional = false;
 };
 
 using Health = std::vector<HealthEntry>;

@@ -20,6 +20,7 @@
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/health/agreement.h"
+#include "mrpt_plugins/health/fix_figures.h"
 #include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/job/detail/attempt.h"
 #include "mrpt_plugins/rawlog/parsed_logs.h"
@@ -180,7 +181,9 @@ void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
 /// Maps logs without their fixes where these may be what is wrong, and keeps the map that agrees
 /// better.
 void map_without_fixes(Attempts& attempts, Attempt& taken) {
-  const auto without = without_fixes(taken.request, taken.outcome.summary);
+  const auto asked = without_fixes(taken.request, taken.outcome.summary);
+  if (!asked || taken.outcome.signal != 0) return;
+  const auto without = attempts.first_untried({*asked});
   if (!without) return;
   const Health before = taken.outcome.summary.health;
   take(attempts.make(*without, {&before, agrees_better}), taken);
@@ -210,8 +213,11 @@ ReplayOutcome replay(const ReplayRequest& asked,
   Attempts attempts(watchers, start, taken);
   try {
     map_as_measured(request, attempts, taken);
+    if (verdict_on_fixes(taken.outcome.summary.fixes) == HealthVerdict::kBad) {
+      map_without_fixes(attempts, taken);
+    }
     draw(request, attempts, taken);
-    if (taken.outcome.signal == 0) map_without_fixes(attempts, taken);
+    map_without_fixes(attempts, taken);
   } catch (const Interrupted& e) {
     taken.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -139,7 +139,7 @@ double badness(const Health& health, const std::string& name) {
 
 std::ptrdiff_t count_judged(const Health& health) {
   return std::count_if(health.begin(), health.end(), [](const HealthEntry& entry) {
-    return entry.verdict != HealthVerdict::kNotJudged && !entry.of_calibration;
+    return entry.verdict != HealthVerdict::kNotJudged && !entry.is_optional;
   });
 }
 

@@ -57,10 +57,10 @@ bool is_judged(const Health& health) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-/// Whether what a map has calibrated is not credible.
-bool has_bad_calibration(const Health& health) {
+/// Whether what a map has and others may lack is not credible: a calibration, fixes.
+bool has_bad_option(const Health& health) {
   return std::any_of(health.begin(), health.end(), [](const HealthEntry& entry) {
-    return entry.of_calibration && entry.verdict == HealthVerdict::kBad;
+    return entry.is_optional && entry.verdict == HealthVerdict::kBad;
   });
 }
 
@@ -215,8 +215,8 @@ std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<Repla
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary) {
   const bool agrees =
       !is_judged(summary.health) || agreement_of(summary.health) == HealthVerdict::kGood;
-  const bool is_false = verdict_on_false(summary.fixes) == HealthVerdict::kBad;
-  if (summary.fixes.used == 0 || (agrees && !is_false)) return std::nullopt;
+  const bool are_bad = verdict_on_fixes(summary.fixes) == HealthVerdict::kBad;
+  if (summary.fixes.used == 0 || (agrees && !are_bad)) return std::nullopt;
   const std::string chosen = fmt::format("{}", fmt::join(summary.chosen_plugins, " "));
   std::istringstream names(
       chosen.empty() ? text_of(summary.provenance.configuration, "plugins.classes") : chosen);
@@ -230,7 +230,7 @@ std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary&
 }
 
 bool agrees_better(const Health& a, const Health& b) {
-  if (has_bad_calibration(a) && !has_bad_calibration(b)) return false;
+  if (has_bad_option(a) && !has_bad_option(b)) return false;
   const bool a_is_judged = is_judged(a), b_is_judged = is_judged(b);
   const HealthVerdict of_a = agreement_of(a), of_b = agreement_of(b);
   if (!a_is_judged && b_is_judged && of_b == HealthVerdict::kBad) return is_right_without(a, b);

@@ -44,8 +44,8 @@ std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<Repla
                                  const Summary& summary);
 
 /// The request without the fixes of satellite receivers, where the map with them, whose summary
-/// this is, does not agree over time or takes many of them for false. Nothing where without them
-/// nothing is mapped.
+/// this is, does not agree over time or takes many of them for false or biased. Nothing where
+/// without them nothing is mapped.
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary);
 
 /// Whether clearly more of what was measured far apart in time agrees in map `a` than in `b`, of

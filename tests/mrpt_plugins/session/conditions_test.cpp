@@ -34,7 +34,7 @@ TEST(IsBetter, IsNotWhereLessIsAsked) {
   EXPECT_FALSE(is_better({}, {entry("a", 8)}));
   EXPECT_FALSE(is_better({entry("b", 1)}, {entry("a", 8), entry("b", 1)}));
   HealthEntry scale = entry("scale of the odometry", 1);
-  scale.of_calibration = true;  // which the other map was not asked for
+  scale.is_optional = true;  // which the other map was not asked for
   EXPECT_TRUE(is_better({entry("a", 1)}, {entry("a", 8), scale}));
   EXPECT_TRUE(is_better({entry("b", 1), entry("c", 1)}, {entry("a", 8), entry("b", 1)}));
   HealthEntry not_judged;

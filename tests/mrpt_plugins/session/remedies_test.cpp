@@ -104,13 +104,22 @@ TEST(AgreesBetter, AsksTheAgreementOverTimeFirst) {
 
 TEST(AgreesBetter, DoesNotTakeACalibrationThatIsNotCredible) {
   HealthEntry scale = check("scale of rotation of odometry", 9);
-  scale.of_calibration = true;
+  scale.is_optional = true;
   const Health calibrated{agreement(HealthVerdict::kBad, 0.6), scale};
   EXPECT_FALSE(agrees_better(calibrated, {agreement(HealthVerdict::kBad, 0.2), check("a", 9)}));
   scale.value = 1;
   scale.verdict = HealthVerdict::kGood;
   EXPECT_TRUE(agrees_better({agreement(HealthVerdict::kBad, 0.6), scale},
                             {agreement(HealthVerdict::kBad, 0.2), check("a", 9)}));
+}
+
+TEST(AgreesBetter, TakesAMapWithoutFixesWhereTheseAreBad) {
+  HealthEntry fixes = check("biased fixes", 9);
+  fixes.is_optional = true;
+  const Health with{agreement(HealthVerdict::kNotJudged), check("a", 9), fixes};
+  const Health without{agreement(HealthVerdict::kNotJudged), check("a", 1)};
+  EXPECT_TRUE(agrees_better(without, with));
+  EXPECT_FALSE(agrees_better(with, without));
 }
 
 TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
@@ -126,6 +135,10 @@ TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
   EXPECT_FALSE(asked(HealthVerdict::kGood, 0.1));
   EXPECT_FALSE(asked(HealthVerdict::kNotJudged, 0.1));
   EXPECT_TRUE(asked(HealthVerdict::kGood, 0.3));
+  summary.fixes.bias_share = 0.6;
+  EXPECT_TRUE(asked(HealthVerdict::kNotJudged, 0));
+  summary.fixes.bias_share = 0.3;
+  EXPECT_FALSE(asked(HealthVerdict::kNotJudged, 0));
   const auto without = asked(HealthVerdict::kDoubtful, 0);
   ASSERT_TRUE(without);
   EXPECT_EQ(without->settings, (std::vector<std::string>{"plugins.classes=BearingRangeKnownIds"}));
