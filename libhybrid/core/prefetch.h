@@ -8,10 +8,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// Asks the processor to begin to load some bytes, which will be needed soon.
+/// Asks the processor to begin to load some bytes, which will be needed soon; `begin` may be null.
 inline void prefetch(const void* begin, std::size_t bytes) {
   constexpr std::size_t kLine = 64;  // of the cache
   const char* from = static_cast<const char*>(begin);
+  if (from == nullptr) return;
   for (std::size_t k = 0; k < bytes; k += kLine) __builtin_prefetch(from + k);
 }
 
