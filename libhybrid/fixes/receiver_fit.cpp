@@ -24,6 +24,8 @@ constexpr double kReceiverFactor = 0.5;                // the same of lasting er
 constexpr double kPriorDelay = 0.3;                    // s
 constexpr double kLeastBias = 2;  // of the sigma that a receiver states: less is no bias
 constexpr double kFirstStep = 0.7, kLastStep = 0.05;  // of logarithms
+constexpr double kLastDelay = 1e-3;                   // s, the last step of the delay
+constexpr double kSureOfDelay = 4.5;  // nats over none, those of three standard deviations
 
 using State = Eigen::Matrix<double, 5, 1>;  // x, y, yaw, error
 using Covariance = Eigen::Matrix<double, 5, 5>;
@@ -280,31 +282,71 @@ double log_posterior(const std::vector<Stretch>& stretches, const Parameters& pa
   return std::isfinite(sum) ? sum : -kInfinity;
 }
 
-/// Searches along one parameter after another, by steps that become smaller.
-Parameters most_probable(const std::vector<Stretch>& stretches, const FixModel& prior) {
-  Parameters best;
-  double most = log_posterior(stretches, best, prior);
-  std::array<double, Parameters::kCount> steps;
-  steps.fill(kFirstStep);
-  steps[Parameters::kDelay] *= kPriorDelay;
-  for (double share = 1; share * kFirstStep > kLastStep; share /= 2) {
-    for (bool improved = true; improved;) {
-      improved = false;
-      for (std::size_t i = 0; i < best.x.size(); ++i) {
-        for (const double sign : {1.0, -1.0}) {
-          Parameters tried = best;
-          tried.x[i] += sign * share * steps[i];
-          const double value = log_posterior(stretches, tried, prior);
-          if (!(value > most + 1e-3)) continue;
-          most = value;
-          best = tried;
-          improved = true;
-          break;
+/// Searches for the most probable parameters along one after another, by steps that become smaller.
+class Search {
+ public:
+  Search(const std::vector<Stretch>& stretches, const FixModel& prior, const Parameters& start)
+      : stretches_(stretches),
+        prior_(prior),
+        best_(start),
+        most_(log_posterior(stretches, start, prior)) {}
+
+  /// All parameters, or all but the delay.
+  void along_all(bool with_delay) {
+    for (double share = 1; share * kFirstStep > kLastStep; share /= 2) {
+      for (bool improved = true; improved;) {
+        improved = false;
+        for (std::size_t i = 0; i < best_.x.size(); ++i) {
+          const bool is_delay = i == Parameters::kDelay;
+          if (is_delay && !with_delay) continue;
+          improved = along(i, share * kFirstStep * (is_delay ? kPriorDelay : 1)) || improved;
         }
       }
     }
   }
-  return best;
+  /// The delay alone.
+  void along_delay() {
+    for (double step = kLastStep * kPriorDelay; step > kLastDelay; step /= 2) {
+      while (along(Parameters::kDelay, step)) {
+      }
+    }
+  }
+
+  const Parameters& best() const { return best_; }
+  double log_probability() const { return most_; }
+
+ private:
+  /// One step either way; false where neither is better.
+  bool along(std::size_t i, double step) {
+    for (const double to : {step, -step}) {
+      Parameters tried = best_;
+      tried.x[i] += to;
+      const double value = log_posterior(stretches_, tried, prior_);
+      if (!(value > most_ + 1e-3)) continue;
+      most_ = value;
+      best_ = tried;
+      return true;
+    }
+    return false;
+  }
+
+  const std::vector<Stretch>& stretches_;
+  const FixModel& prior_;
+  Parameters best_;
+  double most_;
+};
+
+/// The most probable parameters, with a delay where fixes are sure of one.
+Parameters most_probable(const std::vector<Stretch>& stretches, const FixModel& prior) {
+  Search all(stretches, prior, {});
+  all.along_all(true);
+  all.along_delay();
+  Parameters punctual = all.best();
+  punctual.x[Parameters::kDelay] = 0;
+  Search without(stretches, prior, punctual);
+  without.along_all(false);
+  const bool is_sure = all.log_probability() > without.log_probability() + kSureOfDelay;
+  return is_sure ? all.best() : without.best();
 }
 
 }  // namespace

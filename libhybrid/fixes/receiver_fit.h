@@ -38,7 +38,8 @@ struct ReceiverFit {
 /// odometry alone: pose and lasting error, a Gaussian for good and one for biased errors. What each
 /// is known for before is its value in `prior`, or 1 for factors, within a factor of e (one
 /// standard deviation), of 1.6 for size and time of errors that last, which odometry that drifts
-/// resembles; the delay is 0 +- 0.3 s. Of long logs, a few stretches of fixes count.
+/// resembles; the delay is 0 +- 0.3 s, and 0 where fixes are not sure of another. Of long logs, a
+/// few stretches of fixes count.
 ReceiverFit fit_receiver(const std::vector<MovedFix>& fixes, const FixModel& prior);
 
 }  // namespace hybrid
