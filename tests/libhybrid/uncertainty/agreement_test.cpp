@@ -13,69 +13,12 @@
 
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
+#include "tests/libhybrid/uncertainty/circling_robot.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kLap = 80;  // [s]
-constexpr double kSigmaRange = 0.1, kSigmaAngle = 0.01;
-
-/// Where a robot is at a time that drives around in circles of 10 m.
-SE2 true_pose(double time) {
-  const double angle = 2 * M_PI * time / kLap;
-  return SE2(10 * std::cos(angle), 10 * std::sin(angle), angle + M_PI / 2);
-}
-
-/// The error of a path in the plane, by time.
-using Error = std::function<Eigen::Vector2d(double)>;
-Eigen::Vector2d none(double) {
-  return Eigen::Vector2d::Zero();
-}
-/// A path that is `metres` off in the second lap, and back again.
-Error in_second_lap(double metres) {
-  return [metres](double time) {
-    return Eigen::Vector2d(metres * std::sin(M_PI * std::clamp(time / kLap - 0.5, 0.0, 1.0)), 0);
-  };
-}
-
-SE2 moved(const SE2& pose, const Eigen::Vector2d& by) {
-  return SE2(pose.x() + by.x(), pose.y() + by.y(), pose.angle());
-}
-
-std::vector<Eigen::Vector3d> things_by(std::mt19937& random, bool is_3d) {
-  std::uniform_real_distribution<double> place(-16, 16);
-  std::vector<Eigen::Vector3d> things;
-  for (int i = 0; i < 60; ++i) things.emplace_back(place(random), place(random), is_3d ? 1 : 0);
-  return things;
-}
-
-/// Detections of things around the circle, once a period, laid out by a path that has errors.
-std::vector<PlacedDetections> detections(double seconds, const Error& error, unsigned seed = 1,
-                                         bool is_3d = false, double period = 1) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> share(0, 1);
-  const std::vector<Eigen::Vector3d> things = things_by(random, is_3d);
-  std::vector<PlacedDetections> out;
-  for (double time = 0; time < seconds; time += period) {
-    PlacedDetections frame;
-    frame.time = 1.7e9 + time;
-    frame.is_3d = is_3d;
-    frame.T_map_sensor = to_isometry(moved(true_pose(time), error(time)));
-    for (const Eigen::Vector3d& thing : things) {
-      Eigen::VectorXd z =
-          to_polar(Eigen::Vector3d(to_isometry(true_pose(time)).inverse() * thing)).eval();
-      if (z[0] > 9 || std::abs(z[1]) > 1.5 || share(random) < 0.2) continue;
-      if (!is_3d) z.conservativeResize(2);
-      Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(z.size(), kSigmaAngle);
-      sigmas[0] = kSigmaRange;
-      for (Eigen::Index i = 0; i < z.size(); ++i) z[i] += sigmas[i] * normal(random);
-      frame.seen.push_back({z, sigmas.cwiseAbs2().asDiagonal()});
-    }
-    out.push_back(std::move(frame));
-  }
-  return out;
-}
+using namespace testing;
 
 TEST(AgreementOverTime, OfDetectionsIsOneForTheRightPathWhateverTheSeed) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
@@ -325,47 +268,6 @@ TEST(AgreementWithMap, IsOneInTheRightPlaceAndLessInAWrongOne) {
   EXPECT_NEAR(right.ratio, 1, 0.03);
   EXPECT_LT(with_map(scans, room_map(SE2(0.5, 0.3, 0))).ratio, 0.75);
   EXPECT_LT(with_map(scans, room_map(SE2(0, 0, 0.1))).ratio, 0.75);
-}
-
-TEST(AgreementWithMap, OfDetectionsIsOneAmongItsLandmarksAndLessInAnotherPlace) {
-  const auto landmarks = [](unsigned seed, bool is_3d, const Eigen::Vector3d& moved_by) {
-    std::mt19937 random(seed);
-    std::vector<KnownLandmark> map;
-    for (const Eigen::Vector3d& thing : things_by(random, is_3d)) {
-      KnownLandmark landmark;
-      landmark.position = thing + moved_by;
-      landmark.covariance = 1e-4 * Eigen::Matrix3d::Identity();
-      map.push_back(landmark);
-    }
-    return map;
-  };
-  for (const bool is_3d : {false, true}) {
-    const auto frames = detections(kLap, none, 1, is_3d);
-    const Agreement right =
-        agreement_with_map(frames, landmarks(1, is_3d, Eigen::Vector3d::Zero()));
-    EXPECT_GT(right.looks, 50U);
-    EXPECT_NEAR(right.ratio, 1, 0.1);
-    EXPECT_LT(agreement_with_map(frames, landmarks(1, is_3d, {0.5, 0.3, 0})).ratio, 0.5);
-    EXPECT_LT(agreement_with_map(frames, landmarks(2, is_3d, Eigen::Vector3d::Zero())).ratio, 0.3);
-    EXPECT_EQ(agreement_with_map(frames, std::vector<KnownLandmark>()).looks, 0U);
-  }
-}
-
-TEST(AgreementWithMap, OfDetectionsIsTheSameWhereverTheOriginOfTheMapIs) {
-  std::mt19937 random(1);
-  std::vector<KnownLandmark> map;
-  for (const Eigen::Vector3d& thing : things_by(random, false)) {
-    map.emplace_back().position = thing;
-    map.back().covariance = 1e-4 * Eigen::Matrix3d::Identity();
-  }
-  std::vector<PlacedDetections> frames = detections(kLap, none);
-  const Agreement here = agreement_with_map(frames, map);
-  const Eigen::Vector3d away(-100, 30, 0);
-  for (PlacedDetections& frame : frames) frame.T_map_sensor.pretranslate(away);
-  for (KnownLandmark& landmark : map) landmark.position += away;
-  const Agreement there = agreement_with_map(frames, map);
-  EXPECT_EQ(there.looks, here.looks);
-  EXPECT_NEAR(there.ratio, here.ratio, 1e-9);
 }
 
 TEST(AgreementWithMap, WhatTheMapLacksIsNoErrorOfThePlace) {
