@@ -53,6 +53,9 @@ constexpr std::size_t kFewKnown = 30;
 constexpr double kAddTurn = 0.05;
 /// One cloud that agrees with nothing may be of another sensor; so many begin a map of their own.
 constexpr std::size_t kLostInRow = 2;
+/// Until a cloud agrees with another, one that sees so many times as far shows the reach of the
+/// sensor: the clouds before it were of the robot itself, or of a hand.
+constexpr double kLonger = 2;
 
 Matrix6 prediction_covariance(const std::optional<UncertainMotion3>& odometry, const SE3& last,
                               double reach) {
@@ -230,7 +233,7 @@ void CloudTracker::add(const SE3& pose, const PoseShifts& shifts, bool agrees) {
   if (surfaces_ && map.poses.size() > 2 && way > options_.map_length * reach_) begin_map();
 }
 
-/// The first cloud, or the first one with surfaces.
+/// The first cloud, the first one with surfaces, or the first that shows the reach of the sensor.
 TrackedCloud CloudTracker::begin(const std::optional<UncertainMotion3>& odometry) {
   TrackedCloud out;
   out.cloud = clouds_;
@@ -244,7 +247,7 @@ TrackedCloud CloudTracker::begin(const std::optional<UncertainMotion3>& odometry
 TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
                                  const Eigen::Vector3f& sensor,
                                  const std::optional<UncertainMotion3>& odometry, bool is_at_once) {
-  const bool is_first = reach_ == 0;
+  const bool is_first = !has_matched_ && reach_of(points, sensor) > kLonger * reach_;
   if (is_first) reach_ = reach_of(points, sensor);
   newest_.clear();
   const SE3 expected = odometry ? odometry->motion : last_motion_;
@@ -271,6 +274,7 @@ TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
   out.T_before_cloud = last_motion_;
   out.inliers = found.inliers;
   out.is_lost = tells && !good;
+  has_matched_ = has_matched_ || good;
   if (good) out.match = {clouds_ - 1, {last_motion_, alignment_covariance(found)}};
   blind_ += tells ? 0 : 1;
   lost_ += out.is_lost ? 1 : 0;

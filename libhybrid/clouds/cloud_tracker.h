@@ -86,6 +86,7 @@ class CloudTracker {
 
   CloudTrackerOptions options_;
   double reach_ = 0;
+  bool has_matched_ = false;  // a cloud agreed with another, by lengths that come from the reach
   std::optional<CloudSurfaces> surfaces_, coarse_;  // of the last local map
   std::vector<LocalCloud> maps_;
   std::vector<Added> recent_;  // by cloud of the last local map

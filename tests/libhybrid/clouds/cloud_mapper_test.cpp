@@ -63,6 +63,26 @@ TEST(CloudMapper, ClosesALoopInSpace) {
   EXPECT_GT(accepted, 0);
 }
 
+// Before it sets off, the sensor sees the robot itself.
+TEST(CloudMapper, LearnsTheReachFromCloudsThatSeeTheWorld) {
+  const std::vector<SE3> way = way_around_hall(0.4);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> near(-0.3F, 0.3F);
+  CloudMapper mapper;
+  for (std::size_t i = 0; i < 40; ++i) {
+    std::vector<Eigen::Vector3f> points;
+    for (int k = 0; i < 2 && k < 300; ++k) points.emplace_back(near(random), near(random), 0.2F);
+    if (i >= 2) points = cloud_at(cluttered_hall(), way[i], random);
+    std::optional<UncertainMotion3> odometry;
+    if (i > 0) odometry = drifting(way[i - 1], way[i]);
+    mapper.add(points, kHere, odometry);
+  }
+  EXPECT_GT(mapper.tracker().reach(), 2);
+  EXPECT_LE(mapper.tracker().lost(), 2U);
+  const SE3 off = way[2].between(way[39]).between(mapper.pose(2).between(mapper.pose(39)));
+  EXPECT_LT(off.translation().norm(), 0.1);
+}
+
 /// Each pair is tried once, and is the pair of the closure that is found; what is not tried is
 /// counted by reason.
 TEST(CloudMapper, ClosuresOfOthersAreTriedOnce) {
