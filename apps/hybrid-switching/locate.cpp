@@ -26,23 +26,43 @@ namespace {
 
 using AnchoredRange = Range<SE2, Eigen::Vector2d>;
 
-constexpr int kHeadings = 8;         ///< starts of the solver; the first heading is unknown
-constexpr double kWidePrior = 10.0;  ///< of the first pose [m, rad]
+constexpr int kHeadings = 8;        ///< starts of the solver; the first heading is unknown
+constexpr double kAnyAngle = 10.0;  ///< sigma of the first heading [rad]
 constexpr double kAnchorSigma = 1e-4;
 constexpr int kMaxRounds = 50;
 constexpr double kLearnt = 1e-4;      ///< largest change of a parameter at convergence [m]
 constexpr double kLeastSigma = 0.02;  ///< of a mode [m]
 constexpr double kPriorCount = 2.0;   ///< weight of the initial guess of a mode, in observations
 
-/// The problem without ranges: motions and anchors.
+std::map<int, Eigen::Vector2d> anchors_of(const RangeLog& log) {
+  std::map<int, Eigen::Vector2d> anchors;
+  for (const AnchorRange& r : log.ranges) anchors[r.anchor_id] = r.anchor;
+  return anchors;
+}
+
+/// Centroid of the anchors.
+Eigen::Vector2d centroid(const RangeLog& log) {
+  const auto anchors = anchors_of(log);
+  Eigen::Vector2d middle(0, 0);
+  for (const auto& [id, p] : anchors) middle += p / static_cast<double>(anchors.size());
+  return middle;
+}
+
+/// The log with another origin; far from the origin, rounding spoils the sums of the solver.
+RangeLog with_origin(RangeLog log, const Eigen::Vector2d& origin) {
+  for (AnchorRange& r : log.ranges) r.anchor -= origin;
+  return log;
+}
+
+/// The problem without ranges: motions and anchors. The centroid of the anchors is the origin.
 class RangeProblem {
  public:
-  explicit RangeProblem(const RangeLog& log) : log_(log) {
+  explicit RangeProblem(const RangeLog& log) : log_(log), anchors_(anchors_of(log)) {
     for (const AnchorRange& r : log.ranges) times_.push_back(r.time);
     for (const WheelSpeeds& w : log.odometry) times_.push_back(w.time);
     sort_unique(times_);
+    add_prior();
     add_motion();
-    for (const AnchorRange& r : log.ranges) anchors_[r.anchor_id] = r.anchor;
   }
 
   const std::vector<double>& times() const { return times_; }
@@ -57,12 +77,8 @@ class RangeProblem {
   /// Dead reckoning from the centroid of the anchors.
   Values start(double heading) const {
     Values values;
-    Eigen::Vector2d middle(0, 0);
-    for (const auto& [id, p] : anchors_) {
-      values.insert(anchor(id), p);
-      middle += p / static_cast<double>(anchors_.size());
-    }
-    SE2 T(middle.x(), middle.y(), heading);
+    for (const auto& [id, p] : anchors_) values.insert(anchor(id), p);
+    SE2 T(0, 0, heading);
     for (std::size_t i = 0; i < times_.size(); ++i) {
       if (i > 0) T = T * steps_[i - 1];
       values.insert(Key(key_letter::kPose, i), T);
@@ -79,9 +95,16 @@ class RangeProblem {
   }
 
  private:
+  /// The first pose is at the centroid within the extent of the anchors, or the longest range.
+  void add_prior() {
+    double extent = std::sqrt(log_.ranges.front().variance);
+    for (const auto& [id, p] : anchors_) extent = std::max(extent, 2.0 * p.norm());
+    for (const AnchorRange& r : log_.ranges) extent = std::max(extent, r.range);
+    base_.emplace<Prior<SE2>>(Key(key_letter::kPose, 0), SE2(),
+                              Noise::diagonal(Eigen::Vector3d(extent, extent, kAnyAngle)));
+  }
+
   void add_motion() {
-    const Eigen::Vector3d wide = Eigen::Vector3d::Constant(kWidePrior);
-    base_.emplace<Prior<SE2>>(Key(key_letter::kPose, 0), SE2(), Noise::diagonal(wide));
     std::size_t row = 0;
     for (std::size_t i = 0; i + 1 < times_.size(); ++i) {
       while (row + 1 < log_.odometry.size() && log_.odometry[row + 1].time <= times_[i]) ++row;
@@ -99,9 +122,9 @@ class RangeProblem {
   }
 
   const RangeLog& log_;
+  std::map<int, Eigen::Vector2d> anchors_;
   std::vector<double> times_;
   std::vector<SE2> steps_;
-  std::map<int, Eigen::Vector2d> anchors_;
   HybridGraph base_;
 };
 
@@ -199,33 +222,38 @@ std::vector<double> second_mode_probabilities(const RangeLog& log, const HybridG
 }
 
 Located make_located(const std::string& method, const RangeProblem& problem,
-                     const AlternatingResult& result) {
+                     const AlternatingResult& result, const Eigen::Vector2d& origin) {
   Located out;
   out.method = method;
   out.times = problem.times();
   out.objective = result.report.objective;
   for (std::size_t i = 0; i < out.times.size(); ++i) {
-    out.path.push_back(result.estimate.values.at<SE2>(Key(key_letter::kPose, i)));
+    const SE2& T = result.estimate.values.at<SE2>(Key(key_letter::kPose, i));
+    out.path.emplace_back(origin + T.translation(), T.rotation());
   }
   return out;
 }
 
 }  // namespace
 
-Located locate(const RangeLog& log, const std::string& method, Loss loss) {
+Located locate(const RangeLog& world_log, const std::string& method, Loss loss) {
   const auto start = std::chrono::steady_clock::now();
+  const Eigen::Vector2d origin = centroid(world_log);
+  const RangeLog log = with_origin(world_log, origin);
   const RangeProblem problem(log);
   HybridGraph graph = problem.graph_without_ranges();
   for (const AnchorRange& r : log.ranges) {
     graph.add(range_factor(problem, r, 0.0, std::sqrt(r.variance), loss));
   }
-  Located out = make_located(method, problem, solve(problem, graph, {}));
+  Located out = make_located(method, problem, solve(problem, graph, {}), origin);
   out.seconds = seconds_since(start);
   return out;
 }
 
-Located locate_with_modes(const RangeLog& log) {
+Located locate_with_modes(const RangeLog& world_log) {
   const auto start = std::chrono::steady_clock::now();
+  const Eigen::Vector2d origin = centroid(world_log);
+  const RangeLog log = with_origin(world_log, origin);
   const RangeProblem problem(log);
   const double sigma = std::sqrt(log.ranges.front().variance);
   const RangeModes guess{{0.0, 2.0 * sigma}, {sigma, 2.0 * sigma}, sticky_chain(2, 0.8)};
@@ -246,7 +274,7 @@ Located locate_with_modes(const RangeLog& log) {
     graph = mode_graph(problem, log, modes);
     result = alternate(graph, result.estimate);
   }
-  Located out = make_located("modes", problem, result);
+  Located out = make_located("modes", problem, result, origin);
   out.non_line_of_sight = second_mode_probabilities(log, graph, result.estimate);
   out.modes = modes;
   out.rounds = rounds;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +13,9 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <utility>
 
+#include "libhybrid/geometry/se2.h"
 #include "tests/apps/run_app.h"
 #include "tests/support/data_path.h"
 #include "tests/support/scratch_folder.h"
@@ -58,6 +63,49 @@ std::string turning_table(int n) {
   return rows.str();
 }
 
+/// A robot that drives in a circle between four anchors, its ranges and wheel speeds exact; or that
+/// also slides to the left. All lengths are multiples of a unit, all positions are shifted.
+struct CircleLog {
+  double side = 0, unit = 1, shift = 0;  // m/s, lengths in one metre, m
+
+  /// Rows of the log, and of the truth.
+  std::pair<std::string, std::string> texts() const {
+    constexpr double kStep = 0.25, kForward = 0.5, kTurn = 0.3, kHalfBase = 0.15;
+    const double u = unit;
+    const Eigen::Vector2d anchors[] = {{0, 0}, {8, 0}, {8, 6}, {0, 6}};
+    std::string log, truth;
+    SE2 T(2, 1, 0);
+    for (int i = 0; i < 160; ++i) {
+      const Eigen::Vector2d& a = anchors[i % 4];
+      const double range = (T.translation() - a).norm();
+      log += fmt::format("range2 {} {} {} {} {} {}\n", i * kStep, range * u, 0.0025 * u * u,
+                         (a.x() + shift) * u, (a.y() + shift) * u, i % 4);
+      log += fmt::format("odom2diff {} {} {} {} {} {} {} {}\n", i * kStep,
+                         (kForward - kTurn * kHalfBase) * u, (kForward + kTurn * kHalfBase) * u,
+                         side * u, kHalfBase * u, 1e-4 * u * u, 1e-4 * u * u, 1e-4 * u * u);
+      truth += fmt::format("point2 {} {} {}\n", i * kStep, (T.x() + shift) * u,
+                           (T.y() + shift) * u);
+      T = T * SE2::exp({kForward * kStep, side * kStep, kTurn * kStep});
+    }
+    return {log, truth};
+  }
+};
+
+/// Locates by a log; the mean error of the worst method, in the unit of the log.
+class RangesApp : public SwitchingApp {
+ protected:
+  double largest_mean_error(const CircleLog& circle) {
+    const auto [log, truth] = circle.texts();
+    EXPECT_EQ(run(write("log.txt", log) + " --no-pictures --truth " + write("truth.txt", truth)), 0)
+        << text;
+    double largest = 0;
+    for (const auto& method : summary()["methods"]) {
+      largest = std::max(largest, method["truth"]["mean_m"].get<double>());
+    }
+    return largest;
+  }
+};
+
 TEST_F(SwitchingApp, LabelsASeriesAndWritesEverything) {
   const std::string table = write("table.txt", turning_table(400));
   ASSERT_EQ(run("--angle-columns 5 --names left,right " + table), 0) << text;
@@ -93,6 +141,15 @@ TEST_F(SwitchingApp, BeeDance) {
   for (const auto& fold : folds) EXPECT_GE(fold.get<double>(), 0.9);
   ASSERT_EQ(run(table + " --no-pictures --without-labels"), 0) << text;
   EXPECT_GE(summary()["accuracy"].get<double>(), 0.9);
+}
+
+TEST_F(RangesApp, AnchorsMayHaveLargeCoordinatesAndAnyUnit) {
+  CircleLog utm, millimetres;
+  utm.shift = 4e5;
+  millimetres.unit = 1000;
+  for (const CircleLog& circle : {CircleLog(), utm, millimetres}) {
+    EXPECT_LT(largest_mean_error(circle), 0.01 * circle.unit) << circle.shift;
+  }
 }
 
 TEST_F(SwitchingApp, RangesOutOfSight) {
