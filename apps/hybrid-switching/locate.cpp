@@ -113,7 +113,7 @@ class RangeProblem {
       const double forward = 0.5 * (w.right + w.left) * dt,
                    turn = (w.right - w.left) / (2.0 * w.half_base) * dt;
       const double wheels = std::sqrt(w.variance_right + w.variance_left);
-      steps_.push_back(SE2::exp({forward, 0.0, turn}));
+      steps_.push_back(SE2::exp({forward, w.side * dt, turn}));
       const Eigen::Vector3d sigmas(0.5 * wheels * dt, std::sqrt(w.variance_side) * dt,
                                    wheels / (2.0 * w.half_base) * dt);
       base_.emplace<BetweenSE2>(Key(key_letter::kPose, i), Key(key_letter::kPose, i + 1),

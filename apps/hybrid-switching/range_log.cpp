@@ -27,7 +27,16 @@ WheelSpeeds speeds_of(const TextRow& row) {
   if (v[3] <= 0 || v[4] <= 0 || v[5] <= 0 || v[6] <= 0) {
     row.fail(5, "base and variances must be positive");
   }
-  return {row.time(1), row.coordinate(2), row.coordinate(3), row.coordinate(5), v[4], v[5], v[6]};
+  WheelSpeeds w;
+  w.time = row.time(1);
+  w.left = row.coordinate(2);
+  w.right = row.coordinate(3);
+  w.side = row.coordinate(4);
+  w.half_base = row.coordinate(5);
+  w.variance_left = v[4];
+  w.variance_right = v[5];
+  w.variance_side = v[6];
+  return w;
 }
 
 }  // namespace

@@ -17,9 +17,9 @@ struct AnchorRange {
   int anchor_id = 0;
 };
 
-/// Wheel speeds of a differential drive from a time on [m/s].
+/// Wheel speeds of a differential drive from a time on, and its speed to the left [m/s].
 struct WheelSpeeds {
-  double time = 0, left = 0, right = 0;
+  double time = 0, left = 0, right = 0, side = 0;
   double half_base = 0;  ///< half the distance between the wheels [m]
   double variance_left = 0, variance_right = 0, variance_side = 0;
 };

@@ -152,6 +152,12 @@ TEST_F(RangesApp, AnchorsMayHaveLargeCoordinatesAndAnyUnit) {
   }
 }
 
+TEST_F(RangesApp, ARobotMaySlideSideways) {
+  CircleLog sliding;
+  sliding.side = 0.2;
+  EXPECT_LT(largest_mean_error(sliding), 0.01);
+}
+
 TEST_F(SwitchingApp, RangesOutOfSight) {
   const std::string log = data_path("indoor_uwb_nlos/Indoor_UWB_Input.txt");
   if (!fs::exists(log)) GTEST_SKIP() << "needs indoor_uwb_nlos";
