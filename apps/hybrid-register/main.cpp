@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -50,8 +51,10 @@ constexpr const char* kFooter =
     "\nWritten to OUT: transform.txt (4x4, source into target), summary.json, overlay.png. They\n"
     "replace the result that OUT holds; files of others stay.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the clouds leave a motion free (two\n"
-    "planes slide, two lines turn): the transform was written, and summary.json says which. A\n"
-    "signal (Ctrl-C) ends it at once, with nothing written.\n"
+    "planes slide, two lines turn), summary.json says which; or less than a tenth of the smaller\n"
+    "cloud is matched, status \"partial\". The transform was written. A signal (Ctrl-C) ends it "
+    "at\n"
+    "once, with nothing written.\n"
     "\nExample: hybrid-register scan2.ply scan1.ply -o out";
 
 /// Parses the command line. Returns nothing, with `exit_code` set, if the program is to end at
@@ -152,6 +155,25 @@ std::string free_text(const RegistrationResult& result) {
   return text;
 }
 
+constexpr double kFewMatched = 0.1;  ///< share of the smaller cloud; less is no registration
+
+/// What a user should know of a result that may be wrong; empty if it is sound.
+std::string concern(const RegistrationResult& result, std::size_t source_points,
+                    std::size_t target_points) {
+  std::string text;
+  if (!result.free_motions.empty()) {
+    text = "the matches do not determine: " + free_text(result);
+  }
+  const auto most = static_cast<double>(std::min(source_points, target_points));
+  if (result.inliers < kFewMatched * most) {
+    text += fmt::format(
+        "{}only {} of {} points of the source are matched, the transform is likely wrong; are both "
+        "clouds in the same unit, and do they overlap?",
+        text.empty() ? "" : "; ", result.inliers, source_points);
+  }
+  return text;
+}
+
 Json stages_json(const RegistrationResult& result) {
   Json stages = Json::array();
   for (const RegistrationStage& stage : result.stages) {
@@ -168,7 +190,9 @@ Json stages_json(const RegistrationResult& result) {
 Json summary_json(const RegistrationResult& result, const Provenance& provenance,
                   std::size_t source_points, std::size_t target_points) {
   const bool determined = result.free_motions.empty();
-  Json json = summary_start(determined ? "ok" : "unobservable", "", provenance);
+  const std::string message = concern(result, source_points, target_points);
+  const char* status = message.empty() ? "ok" : "partial";
+  Json json = summary_start(determined ? status : "unobservable", message, provenance);
   json["solver_s"] = result.seconds;
   json["iterations"] = result.iterations;
   json["starts"] = result.starts;
@@ -254,6 +278,7 @@ int run(const Options& options) {
   }
   OutputDirectory out(options.output);
   Json summary = summary_json(result, provenance(options), source.size(), target.size());
+  const std::string message = concern(result, source.size(), target.size());
   const std::string told =
       fmt::format("{} of {} points matched, rms {:.6g}, turned by {:.6g} degrees, {:.3f} s -> {}\n",
                   result.inliers, source.size(), result.rms, angle_deg(result.T_target_source),
@@ -263,12 +288,10 @@ int run(const Options& options) {
       overlay_of(options, result, settings.start, std::move(source), std::move(target));
   out.write("overlay.png", png(overlay_image(overlay)));
   const std::vector<std::string> moved = out.publish(std::move(summary));
-  const int code = settle(result.free_motions.empty() ? kExitOk : kExitPartial);
+  const int code = settle(message.empty() ? kExitOk : kExitPartial);
   for (const std::string& text : moved) complain("hybrid-register: {}\n", text);
   say("{}", told);
-  if (code != kExitOk) {
-    complain("hybrid-register: the matches do not determine: {}\n", free_text(result));
-  }
+  if (code != kExitOk) complain("hybrid-register: {}\n", message);
   return code;
 }
 

@@ -95,6 +95,18 @@ TEST_F(RegisterApp, SaysWhichMotionIsFree) {
   EXPECT_TRUE(summary()["covariance"].is_null());
 }
 
+TEST_F(RegisterApp, FewMatchesAreAPartialResult) {
+  Random random(4);
+  const Points target = testing::bumpy_surface(1500, 0.001, random);
+  Points millimetres = target;
+  for (Eigen::Vector3d& p : millimetres) p *= 1000;
+  const Ran result = run_on(write("s.xyz", millimetres), write("t.xyz", target));
+  EXPECT_EQ(result.code, 2) << result.text;
+  EXPECT_NE(result.text.find("in the same unit"), std::string::npos) << result.text;
+  EXPECT_EQ(summary()["status"], "partial");
+  EXPECT_NE(summary()["message"].get<std::string>().find("in the same unit"), std::string::npos);
+}
+
 TEST_F(RegisterApp, BadInputIsToldAndNothingWritten) {
   const std::string good = write("t.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
   const std::pair<std::string, std::string> cases[] = {
