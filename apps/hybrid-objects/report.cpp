@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "apps/exit_code.h"
+#include "apps/hybrid-objects/quaternion_order.h"
 #include "apps/program.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/io/folders.h"
@@ -283,6 +284,12 @@ int write_reports(const std::vector<ObjectReport>& reports, const std::filesyste
   const std::vector<std::string> told = out.publish(std::move(summary));
   const int code = settle(astray.empty() ? kExitOk : kExitPartial);
   for (const ObjectReport& report : reports) {
+    if (seems_real_part_first(report.sequence)) {
+      complain(
+          "hybrid-objects: {}/odom.txt: read as qx qy qz qw the objects move about; is qw first? "
+          "With the real part first they would stay in place\n",
+          report.name);
+    }
     if (!report.sequence.truth.empty()) continue;
     complain("hybrid-objects: {}: no cam_gt.txt, so there are no errors to tell\n", report.name);
   }

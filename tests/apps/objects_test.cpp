@@ -21,12 +21,13 @@ class ObjectsApp : public ScratchFolder {
   ObjectsApp() { fs::create_directories(folder / "table"); }
 
   /// A camera that moves sideways before a cup 1 m ahead; every third detection is 0.5 m too far.
-  void write_sequence(bool truth) const {
+  /// `identity` is the quaternion of all rotations.
+  void write_sequence(bool truth, const std::string& identity = "0 0 0 1") const {
     std::ofstream odometry(folder / "table/odom.txt"), cup(folder / "table/det_cup.txt");
     for (int i = 0; i < 30; ++i) {
       const double t = 0.1 * i, x = 0.01 * i, y = 0.001 * i * i;
-      odometry << t << " " << x << " " << y << " 0 0 0 0 1\n";
-      cup << t << " " << -x << " " << -y << (i % 3 == 2 ? " 1.5" : " 1") << " 0 0 0 1\n";
+      odometry << t << " " << x << " " << y << " 0 " << identity << "\n";
+      cup << t << " " << -x << " " << -y << (i % 3 == 2 ? " 1.5 " : " 1 ") << identity << "\n";
     }
     odometry.close();
     cup.close();
@@ -63,6 +64,16 @@ TEST_F(ObjectsApp, TruthIsOptional) {
   ASSERT_EQ(run((folder / "table").string()), 0) << text_;
   EXPECT_NE(text_.find("20/30"), std::string::npos) << text_;
   EXPECT_NE(text_.find("table: no cam_gt.txt"), std::string::npos) << text_;
+}
+
+TEST_F(ObjectsApp, AsksWhetherTheRealPartIsFirst) {
+  write_sequence(false);
+  run((folder / "table").string());
+  EXPECT_EQ(text_.find("is qw first?"), std::string::npos) << text_;
+  write_sequence(false, "1 0 0 0");
+  run((folder / "table").string());
+  EXPECT_NE(text_.find("table/odom.txt: read as qx qy qz qw"), std::string::npos) << text_;
+  EXPECT_NE(text_.find("is qw first?"), std::string::npos) << text_;
 }
 
 TEST_F(ObjectsApp, BadInputWritesNothing) {
