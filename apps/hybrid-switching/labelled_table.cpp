@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/sort_unique.h"
 #include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
@@ -81,8 +82,14 @@ LabelledTable read_table(const std::string& path, const Options& options) {
     line->expect_same(columns, least, fmt::format("{} columns, the last one asked for", least));
     const auto label_column = static_cast<std::size_t>(options.label_column) - 1;
     table.labels.push_back(static_cast<int>(line->id(label_column, kMaxModes - 1)));
-    table.modes = std::max(table.modes, table.labels.back() + 1);
     table.rows.push_back(line->numbers(0, columns));
+  }
+  table.label_values = table.labels;
+  sort_unique(table.label_values);
+  for (int& label : table.labels) {
+    label = static_cast<int>(
+        std::lower_bound(table.label_values.begin(), table.label_values.end(), label) -
+        table.label_values.begin());
   }
   const int fewest = options.folds * (options.order + 2);
   if (table.size() < fewest) {
@@ -113,7 +120,7 @@ Series series_of(const LabelledTable& table, int first, int last, const Options&
 
 FoldedLabels label_folds(const LabelledTable& table, const Options& options) {
   FoldedLabels out;
-  out.probabilities.resize(table.modes, table.size());
+  out.probabilities.resize(table.modes(), table.size());
   const auto begin = [&](int fold) { return fold * table.size() / options.folds; };
   const auto stretch = [&](int first, int last) {
     return LabelledSeries{series_of(table, first, last, options),
@@ -124,7 +131,7 @@ FoldedLabels label_folds(const LabelledTable& table, const Options& options) {
     std::vector<LabelledSeries> others;
     if (first > 0) others.push_back(stretch(0, first));
     if (last < table.size()) others.push_back(stretch(last, table.size()));
-    out.models.push_back(learn(others, table.modes, options));
+    out.models.push_back(learn(others, table.modes(), options));
     const Labelling found = label(out.models.back(), series_of(table, first, last, options));
     int right = 0;
     for (int t = first; t < last; ++t) {

@@ -15,9 +15,10 @@ namespace hybrid {
 /// A labelled series as read from its file.
 struct LabelledTable {
   std::vector<std::vector<double>> rows;
-  std::vector<int> labels;
-  int modes = 0;
+  std::vector<int> labels;        ///< of each row; a mode, which is a place in label_values
+  std::vector<int> label_values;  ///< as written in the file, ascending, each once
 
+  int modes() const { return static_cast<int>(label_values.size()); }
   int size() const { return static_cast<int>(rows.size()); }
   double at(int row, int column) const { return rows[row][column - 1]; }
 };

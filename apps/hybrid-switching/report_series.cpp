@@ -20,10 +20,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<std::string> mode_names(const Options& options, int modes) {
-  std::vector<std::string> names = options.names;
-  for (auto m = names.size(); m < static_cast<std::size_t>(modes); ++m) {
-    names.push_back(fmt::format("mode {}", m));
+/// Names count from the least label.
+std::vector<std::string> mode_names(const Options& options, const LabelledTable& table) {
+  std::vector<std::string> names;
+  for (int value : table.label_values) {
+    const auto place = static_cast<std::size_t>(value - table.label_values.front());
+    names.push_back(place < options.names.size() ? options.names[place]
+                                                 : fmt::format("mode {}", value));
   }
   return names;
 }
@@ -46,20 +49,22 @@ Json to_json(const SwitchingModel& model) {
   return out;
 }
 
-/// Number of frames by label (row) and estimated mode (column).
+/// Number of frames by label (row) and estimated mode (column), labels ascending.
 Eigen::MatrixXd confusion(const LabelledTable& table, const FoldedLabels& found) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(table.modes, table.modes);
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(table.modes(), table.modes());
   for (int t = 0; t < table.size(); ++t) out(table.labels[t], found.modes[t]) += 1;
   return out;
 }
 
 std::string labels_csv(const LabelledTable& table, const FoldedLabels& found) {
   std::string text = "row,fold,label,mode";
-  for (int m = 0; m < table.modes; ++m) text += fmt::format(",p{}", m);
+  for (int value : table.label_values) text += fmt::format(",p{}", value);
   text += '\n';
   for (int t = 0; t < table.size(); ++t) {
-    text += fmt::format("{},{},{},{}", t, found.folds[t], table.labels[t], found.modes[t]);
-    for (int m = 0; m < table.modes; ++m) text += fmt::format(",{:.6g}", found.probabilities(m, t));
+    text += fmt::format("{},{},{},{}", t, found.folds[t], table.label_values[table.labels[t]],
+                        table.label_values[found.modes[t]]);
+    for (int m = 0; m < table.modes(); ++m)
+      text += fmt::format(",{:.6g}", found.probabilities(m, t));
     text += '\n';
   }
   return text;
@@ -78,7 +83,7 @@ Image timeline(const Options& options, const LabelledTable& table, const FoldedL
   t.y_label = options.angle_columns.empty()
                   ? fmt::format("column {}", options.value_columns[0])
                   : fmt::format("change of column {} (rad per instant)", options.angle_columns[0]);
-  t.mode_names = mode_names(options, table.modes);
+  t.mode_names = mode_names(options, table);
   const Series series = series_of(table, 0, table.size(), options);
   for (int i = 0; i < table.size(); ++i) {
     t.x.push_back(i);
@@ -95,7 +100,7 @@ Image path(const Options& options, const LabelledTable& table, const FoldedLabel
   p.subtitle = std::filesystem::path(options.input).filename().string();
   p.x_label = fmt::format("column {}", options.path_columns[0]);
   p.y_label = fmt::format("column {}", options.path_columns[1]);
-  p.mode_names = mode_names(options, table.modes);
+  p.mode_names = mode_names(options, table);
   for (int i = 0; i < table.size(); ++i) {
     p.points.emplace_back(table.at(i, options.path_columns[0]),
                           table.at(i, options.path_columns[1]));
@@ -123,7 +128,8 @@ int report_series(const Options& options) {
   Json summary = summary_start("ok", "", provenance);
   summary["method"] = options.without_labels ? "expectation-maximisation" : "labels";
   summary["instants"] = table.size();
-  summary["modes"] = table.modes;
+  summary["modes"] = table.modes();
+  summary["labels"] = table.label_values;
   summary["accuracy"] = accuracy;
   summary["fold_accuracy"] = found.accuracies;
   summary["confusion"] = rows(counts);
@@ -131,7 +137,7 @@ int report_series(const Options& options) {
   const std::vector<std::string> told = out.publish(std::move(summary));
   const int code = settle(kExitOk);
   for (const std::string& text : told) complain("hybrid-switching: {}\n", text);
-  say("{} instants, {} modes, {:.1f} % labelled right -> {}\n", table.size(), table.modes,
+  say("{} instants, {} modes, {:.1f} % labelled right -> {}\n", table.size(), table.modes(),
       100 * accuracy, options.output);
   return code;
 }

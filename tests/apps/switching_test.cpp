@@ -48,8 +48,9 @@ class SwitchingApp : public ScratchFolder {
   std::string text;
 };
 
-/// Rows "k label x y heading" of something that turns left, right and left again.
-std::string turning_table(int n) {
+/// Rows "k label x y heading" of something that turns left, right and left again. Labels count from
+/// `first`.
+std::string turning_table(int n, int first = 0) {
   std::mt19937 random(3);
   std::ostringstream rows;
   rows << "# k label x y heading\n";
@@ -57,7 +58,7 @@ std::string turning_table(int n) {
   for (int k = 0; k < n; ++k) {
     const int label = k / 40 % 2;
     heading += (label == 0 ? 0.2 : -0.2) + 0.05 * (random() / 4294967296.0 - 0.5);
-    rows << k << ' ' << label << ' ' << std::cos(heading) << ' ' << std::sin(heading) << ' '
+    rows << k << ' ' << first + label << ' ' << std::cos(heading) << ' ' << std::sin(heading) << ' '
          << std::remainder(heading, 2 * M_PI) << '\n';
   }
   return rows.str();
@@ -83,8 +84,8 @@ struct CircleLog {
       log += fmt::format("odom2diff {} {} {} {} {} {} {} {}\n", i * kStep,
                          (kForward - kTurn * kHalfBase) * u, (kForward + kTurn * kHalfBase) * u,
                          side * u, kHalfBase * u, 1e-4 * u * u, 1e-4 * u * u, 1e-4 * u * u);
-      truth += fmt::format("point2 {} {} {}\n", i * kStep, (T.x() + shift) * u,
-                           (T.y() + shift) * u);
+      truth +=
+          fmt::format("point2 {} {} {}\n", i * kStep, (T.x() + shift) * u, (T.y() + shift) * u);
       T = T * SE2::exp({kForward * kStep, side * kStep, kTurn * kStep});
     }
     return {log, truth};
@@ -115,6 +116,17 @@ TEST_F(SwitchingApp, LabelsASeriesAndWritesEverything) {
   }
   ASSERT_EQ(run(table + " --without-labels --folds 4 --no-pictures"), 0) << text;
   EXPECT_GE(summary()["accuracy"].get<double>(), 0.97);
+}
+
+TEST_F(SwitchingApp, LabelsMayCountFromOne) {
+  const std::string table = write("table.txt", turning_table(400, 1));
+  for (const char* more : {"", " --without-labels"}) {
+    ASSERT_EQ(run(table + " --no-pictures" + more), 0) << text;
+    EXPECT_EQ(summary()["modes"], 2);
+    EXPECT_EQ(summary()["labels"], (std::vector<int>{1, 2}));
+    EXPECT_GE(summary()["accuracy"].get<double>(), 0.97) << more;
+    EXPECT_EQ(read("out/labels.csv").substr(0, 31), "row,fold,label,mode,p1,p2\n0,0,1");
+  }
 }
 
 TEST_F(SwitchingApp, BadInputIsNamed) {
