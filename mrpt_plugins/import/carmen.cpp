@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 #include <mrpt/core/bits_math.h>
-#include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <map>
 #include <optional>
@@ -18,6 +18,8 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/import/detail/carmen_lines.h"
+#include "mrpt_plugins/import/detail/carmen_odometry.h"
+#include "mrpt_plugins/import/detail/carmen_survey.h"
 #include "mrpt_plugins/input/odometry_reset.h"
 
 namespace hybrid {
@@ -27,17 +29,15 @@ using mrpt::obs::CObservation2DRangeScan;
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPose3D;
 
-constexpr double kHalfTurn = 180;        // deg
-constexpr double kUsualMaxRange = 80;    // m, of the SICK scanners of these logs
-constexpr double kMostReach = 1e6;       // m; who says more has no limit
-constexpr double kRoundedLength = 0.02;  // m, of poses that are written in centimetres
-constexpr double kRoundedAngle = 0.01;   // rad
-constexpr double kMostOffset = 5;        // m, of a laser from the middle of its robot
+constexpr double kHalfTurn = 180;      // deg
+constexpr double kUsualMaxRange = 80;  // m, of the SICK scanners of these logs
+constexpr double kMostReach = 1e6;     // m; who says more has no limit
 
 /// One scan of the log.
 struct CarmenScan {
   double time = 0;
   std::optional<CPose2D> robot;  // by odometry
+  bool asks_odometry = false;    // that of ODOM lines, once they reach its time
   CPose3D sensor;
   double first_deg = -90, step_deg = 1;
   double max_range = kUsualMaxRange;  // 0: no limit
@@ -66,55 +66,6 @@ std::vector<double> ranges_of(const TextRow& row, std::size_t begin, std::size_t
   return ranges;
 }
 
-/// What all lines of a log tell together, which is asked before they are converted.
-class CarmenSurvey {
- public:
-  explicit CarmenSurvey(CarmenLines& lines) {
-    TextRow row;
-    while (lines.next(row)) {
-      has_odometry = has_odometry || row[0] == "ODOM";
-      if (row[0] == "FLASER") take_poses(row);
-    }
-    lines.rewind();
-  }
-
-  bool has_odometry = false;  // in lines of its own
-
-  /// Where the laser is on the robot: the first pose of FLASER lines is that of the laser, the
-  /// second one that of the robot. Nothing where they are not fixed to each other, as in logs whose
-  /// first poses were corrected.
-  std::optional<CPose2D> laser() const {
-    if (lines_ < 2 || !is_fixed_ || first_.norm() > kMostOffset) return std::nullopt;
-    const Eigen::Vector3d mean = sum_ / static_cast<double>(lines_);
-    return CPose2D(first_.x() + mean.x(), first_.y() + mean.y(), first_.phi() + mean.z());
-  }
-
- private:
-  void take_poses(const TextRow& row) {
-    std::uint64_t rays = 0;
-    double p[6];
-    if (row.size() < 2 || !parse_number(row[1], rays) || rays > row.size() ||
-        row.size() < rays + 8) {
-      return;
-    }
-    for (std::size_t i = 0; i < 6; ++i) {
-      if (!parse_number(row[2 + rays + i], p[i]) || !std::isfinite(p[i])) return;
-    }
-    const CPose2D laser = CPose2D(p[0], p[1], p[2]) - CPose2D(p[3], p[4], p[5]);
-    if (lines_++ == 0) first_ = laser;
-    const Eigen::Vector3d off(laser.x() - first_.x(), laser.y() - first_.y(),
-                              mrpt::math::wrapToPi(laser.phi() - first_.phi()));
-    sum_ += off;
-    is_fixed_ =
-        is_fixed_ && off.head<2>().norm() <= kRoundedLength && std::abs(off.z()) <= kRoundedAngle;
-  }
-
-  std::size_t lines_ = 0;
-  bool is_fixed_ = true;
-  CPose2D first_;
-  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();  // of differences to the first
-};
-
 class CarmenImport {
  public:
   CarmenImport(const CarmenOptions& options, const std::string& output)
@@ -124,12 +75,14 @@ class CarmenImport {
     CarmenLines lines(options_.file);
     const CarmenSurvey survey(lines);
     is_driven_ = survey.has_odometry;
-    laser_ = survey.laser();
+    laser_ = survey.front_laser.place();
+    if (!survey.has_one_clock()) odometry_.use_no_times();
     TextRow row;
     while (lines.next(row)) {
       log_.used(lines.share());
       if (!take_unless_cut(row, lines)) break;
     }
+    add_ready(true);
     if (log_.steps() == 0) {
       throw Error(options_.file +
                   ": no line FLASER, ROBOTLASER1 or RAWLASER1: not a CARMEN log "
@@ -162,7 +115,7 @@ class CarmenImport {
       return true;
     } catch (const Error&) {
       TextRow other;
-      if (log_.steps() == 0 || !lines.is_cut() || lines.next(other)) throw;
+      if ((log_.steps() == 0 && waiting_.empty()) || !lines.is_cut() || lines.next(other)) throw;
     }
     is_cut_ = true;
     log_.note(fmt::format("{}: its last line, {}, is cut off: what comes before it is used",
@@ -175,17 +128,28 @@ class CarmenImport {
     if (word == "PARAM") {
       take_parameter(row);
     } else if (word == "ODOM") {
-      row.expect(4, std::numeric_limits<std::size_t>::max(), "ODOM x y theta ...");
-      odometry_ = pose_in(row, 1);
+      take_odometry(row);
     } else if (word == "FLASER") {
-      add(front_laser(row));
+      take_scan(front_laser(row));
     } else if (word == "ROBOTLASER1") {
-      add(robot_laser(row));
+      take_scan(robot_laser(row));
     } else if (word == "RAWLASER1") {
-      take_raw_laser(row);
+      take_scan(raw_laser(row));
     } else if (word == "RLASER" || word == "ROBOTLASER2" || word == "RAWLASER2") {
       ++left_out_[std::string(word)];
     }
+  }
+
+  void take_odometry(const TextRow& row) {
+    constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max();
+    row.expect(4, kMost, "ODOM x y theta ...");
+    double time = 0;
+    if (odometry_.has_times()) {
+      row.expect(CarmenOdometry::kTime + 1, kMost, "ODOM x y theta tv rv accel time ...");
+      time = row.time(CarmenOdometry::kTime);
+    }
+    odometry_.add(time, pose_in(row, 1));
+    add_ready();
   }
 
   void take_parameter(const TextRow& row) {
@@ -196,6 +160,8 @@ class CarmenImport {
       fov_deg_ = fov <= 2 * M_PI ? mrpt::RAD2DEG(fov) : fov;
     }
     if (row[1] == "robot_frontlaser_offset") offset_ = row.coordinate(2);
+    if (row[1] == "robot_frontlaser_side_offset") side_offset_ = row.coordinate(2);
+    if (row[1] == "robot_frontlaser_angular_offset") angular_offset_ = row.number(2);
     if (row[1] == "robot_front_laser_max") max_range_ = reach_in(row, 2);
   }
 
@@ -228,9 +194,13 @@ class CarmenImport {
     return scan;
   }
 
+  /// Of PARAM lines. That of a laser which hangs upside down, laser_front_laser_flipped, is not
+  /// needed: CARMEN turns its rays round before it publishes them.
+  CPose2D stated_pose() const { return {offset_, side_offset_, angular_offset_}; }
+
   /// As PARAM lines tell it, unless the poses of the lines tell another than these round.
   CPose2D front_laser_pose() {
-    const CPose2D stated(offset_, 0, 0);
+    const CPose2D stated = stated_pose();
     if (!laser_) return stated;
     const CPose2D off = *laser_ - stated;
     const bool is_same = off.norm() <= kRoundedLength && std::abs(off.phi()) <= kRoundedAngle;
@@ -286,18 +256,39 @@ class CarmenImport {
     return scan;
   }
 
-  void take_raw_laser(const TextRow& row) {
+  CarmenScan raw_laser(const TextRow& row) const {
     constexpr std::size_t kMore = 3;  // time, host, time of the logger
     std::size_t behind = 0;
     CarmenScan scan = described_laser(row, kMore, behind);
-    if (!odometry_ && is_driven_) {
-      log_.drop("scan dropped: no odometry before it");
-      return;
-    }
-    scan.robot = odometry_;
-    scan.sensor = CPose3D(offset_, 0, 0, 0, 0, 0);
+    scan.asks_odometry = is_driven_;
+    scan.sensor = CPose3D(stated_pose());
     scan.time = row.time(behind);
-    add(std::move(scan));
+    return scan;
+  }
+
+  void take_scan(CarmenScan scan) {
+    waiting_.push_back(std::move(scan));
+    add_ready();
+  }
+
+  /// Adds the scans up to the first whose odometry has not come, or all of them.
+  void add_ready(bool is_end = false) {
+    constexpr std::size_t kMostWaiting = 200;
+    for (; !waiting_.empty(); waiting_.pop_front()) {
+      CarmenScan& scan = waiting_.front();
+      if (!scan.asks_odometry) {
+        add(std::move(scan));
+        continue;
+      }
+      const bool may_wait = !is_end && waiting_.size() <= kMostWaiting;
+      if (may_wait && !odometry_.reaches(scan.time)) return;
+      scan.robot = odometry_.at(scan.time);
+      if (scan.robot) {
+        add(std::move(scan));
+      } else {
+        log_.drop("scan dropped: no odometry before it");
+      }
+    }
   }
 
   void add(CarmenScan scan) {
@@ -351,11 +342,13 @@ class CarmenImport {
   const CarmenOptions& options_;
   LogWriter log_;
   OdometryReset reset_;
-  double step_deg_ = 0, fov_deg_ = 0, offset_ = 0, max_range_ = 0;  // of PARAM lines; 0: not told
+  double step_deg_ = 0, fov_deg_ = 0, max_range_ = 0;         // of PARAM lines; 0: not told
+  double offset_ = 0, side_offset_ = 0, angular_offset_ = 0;  // of the laser on the robot
   std::optional<CPose2D> laser_;  // on the robot, by the poses of FLASER lines
   bool is_driven_ = false, assumes_angle_ = false, moves_laser_ = false, is_cut_ = false;
   std::string contradiction_;                                      // of PARAM lines
-  std::optional<CPose2D> odometry_;                                // of the last ODOM line
+  CarmenOdometry odometry_;                                        // of ODOM lines
+  std::deque<CarmenScan> waiting_;                                 // for ODOM lines
   std::optional<std::pair<double, std::optional<CPose2D>>> last_;  // time and robot
   std::map<std::string, std::size_t> left_out_;
 };

@@ -22,9 +22,10 @@ struct CarmenOptions {
 };
 
 /// Converts a log into a planar one with one step per scan: the front laser of FLASER, ROBOTLASER1
-/// and RAWLASER1 lines, with the odometry in the same line or, for RAWLASER1, of the ODOM line
-/// before; a log of RAWLASER1 lines without any becomes one of scans alone. Other lines are left
-/// out. A last line that is cut off is, too, which is noted.
+/// and RAWLASER1 lines, with the odometry in the same line or, for RAWLASER1, of the ODOM lines
+/// around its time; that of the ODOM line before where their times are not of one clock or go back.
+/// A log of RAWLASER1 lines without any becomes one of scans alone. Other lines are left out. A
+/// last line that is cut off is, too, which is noted.
 ///
 /// The first pose of FLASER lines is that of the laser: where it keeps its place on the robot, the
 /// second pose, that place is used in place of what PARAM lines say. A largest range that is

@@ -227,6 +227,64 @@ TEST_F(Carmen, WhatReachesWithoutALimit) {
   }
 }
 
+std::string odometry(double x, const std::string& time) {
+  return "ODOM " + std::to_string(x) + " 0 0 0 0 0 " + time + " host 0\n";
+}
+std::string raw_laser(const std::string& time) {
+  return "RAWLASER1 0 -0.785398 1.570796 0.785398 5 0.01 0 3 1 2 3 0 " + time + " host 0\n";
+}
+
+TEST_F(Carmen, OdometryIsThatOfTheTimeOfTheScan) {
+  const auto way = [&](std::size_t i) { return steps().at(i).odometry->mean.x(); };
+  import(odometry(0, "1") + raw_laser("1") + raw_laser("2") + raw_laser("3") + odometry(6, "4") +
+         raw_laser("4") + raw_laser("4.5"));
+  ASSERT_EQ(steps().size(), 5U);
+  EXPECT_NEAR(way(1), 2, 1e-9);
+  EXPECT_NEAR(way(2), 2, 1e-9);
+  EXPECT_NEAR(way(3), 2, 1e-9);
+  EXPECT_NEAR(way(4), 0, 1e-9) << "the last line counts at the end";
+  import(raw_laser("1") + odometry(0, "1") + raw_laser("2") + odometry(2, "2"));
+  ASSERT_EQ(steps().size(), 2U) << "a line just behind its scan";
+  EXPECT_NEAR(way(1), 2, 1e-9);
+  import(odometry(0, "1") + odometry(2, "2") + raw_laser("1.5") + odometry(4, "3") +
+         raw_laser("2.5"));
+  EXPECT_NEAR(way(1), 2, 1e-9) << "a scan that is written late";
+}
+
+TEST_F(Carmen, OdometryOfAnotherClockIsThatOfTheLineBefore) {
+  for (const char* second : {"50", "0.5"}) {
+    import(odometry(0, second) + raw_laser("1") + odometry(2, second[0] == '5' ? "51" : "0.4") +
+           raw_laser("2") + odometry(4, "52"));
+    ASSERT_EQ(steps().size(), 2U);
+    EXPECT_NEAR(steps().at(1).odometry->mean.x(), 2, 1e-9);
+  }
+}
+
+TEST_F(Carmen, WhereOdometryStartsAnewItIsNotInterpolated) {
+  std::string text;
+  for (int i = 0; i < 20; ++i) {
+    const std::string time = std::to_string(i);
+    text += odometry(i % 10, time) + raw_laser(time) + raw_laser(time + ".5");
+  }
+  import(text);
+  for (const LogStep& step : steps()) {
+    if (step.odometry) {
+      EXPECT_LT(std::abs(step.odometry->mean.x()), 1.1);
+    }
+  }
+}
+
+TEST_F(Carmen, ALaserThatParameterLinesTurn) {
+  import(
+      "PARAM robot_frontlaser_offset 0.3 x 1\nPARAM robot_frontlaser_side_offset 0.2 x 1\n"
+      "PARAM robot_frontlaser_angular_offset 1.570796 x 1\n" +
+      odometry(0, "1") + raw_laser("1"));
+  const LaserScan scan = scan_of(0);
+  EXPECT_NEAR(scan.T_robot_sensor.translation().x(), 0.3, 1e-9);
+  EXPECT_NEAR(scan.T_robot_sensor.translation().y(), 0.2, 1e-9);
+  EXPECT_NEAR(direction(scan, 1), 90 * kStepDegree, 1e-5);
+}
+
 TEST_F(Carmen, ScansWithoutAnyOdometry) {
   const std::string scan = "RAWLASER1 0 -0.785398 1.570796 0.785398 5 0.01 0 3 1 2 5 0 ";
   EXPECT_EQ(import(scan + "4 host 0\n" + scan + "5 host 0\n").steps, 2U);
