@@ -76,6 +76,7 @@ class CarmenImport {
     const CarmenSurvey survey(lines);
     is_driven_ = survey.has_odometry;
     laser_ = survey.front_laser.place();
+    has_corrected_laser_ = !survey.robot_laser.is_fixed();
     if (!survey.has_one_clock()) odometry_.use_no_times();
     TextRow row;
     while (lines.next(row)) {
@@ -96,6 +97,13 @@ class CarmenImport {
           fmt::format("the laser is at x {:.3f} m, y {:.3f} m, yaw {:.3f} rad of the robot, as "
                       "the poses of FLASER lines tell",
                       laser_->x(), laser_->y(), laser_->phi()));
+    }
+    if (has_corrected_laser_) {
+      log_.note(fmt::format(
+          "the poses of the laser in ROBOTLASER1 lines are not fixed to those of the robot, as "
+          "where they were corrected: the laser is taken to be at x {:.3f} m, y {:.3f} m, yaw "
+          "{:.3f} rad of the robot, as PARAM lines tell or else 0",
+          offset_, side_offset_, angular_offset_));
     }
     if (!contradiction_.empty()) log_.note(contradiction_);
     if (assumes_angle_) {
@@ -246,12 +254,13 @@ class CarmenImport {
     return scan;
   }
 
-  static CarmenScan robot_laser(const TextRow& row) {
+  CarmenScan robot_laser(const TextRow& row) const {
     constexpr std::size_t kMore = 14;  // two poses, velocities, three distances, times and host
     std::size_t behind = 0;
     CarmenScan scan = described_laser(row, kMore, behind);
     scan.robot = pose_in(row, behind + 3);
-    scan.sensor = CPose3D(pose_in(row, behind) - *scan.robot);
+    const CPose2D told = pose_in(row, behind) - *scan.robot;
+    scan.sensor = CPose3D(has_corrected_laser_ ? stated_pose() : told);
     scan.time = row.time(behind + 11);
     return scan;
   }
@@ -346,9 +355,10 @@ class CarmenImport {
   double offset_ = 0, side_offset_ = 0, angular_offset_ = 0;  // of the laser on the robot
   std::optional<CPose2D> laser_;  // on the robot, by the poses of FLASER lines
   bool is_driven_ = false, assumes_angle_ = false, moves_laser_ = false, is_cut_ = false;
-  std::string contradiction_;                                      // of PARAM lines
-  CarmenOdometry odometry_;                                        // of ODOM lines
-  std::deque<CarmenScan> waiting_;                                 // for ODOM lines
+  bool has_corrected_laser_ = false;  // its poses in ROBOTLASER1 lines are not of the odometry
+  std::string contradiction_;         // of PARAM lines
+  CarmenOdometry odometry_;           // of ODOM lines
+  std::deque<CarmenScan> waiting_;    // for ODOM lines
   std::optional<std::pair<double, std::optional<CPose2D>>> last_;  // time and robot
   std::map<std::string, std::size_t> left_out_;
 };

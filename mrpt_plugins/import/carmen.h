@@ -28,8 +28,9 @@ struct CarmenOptions {
 /// last line that is cut off is, too, which is noted.
 ///
 /// The first pose of FLASER lines is that of the laser: where it keeps its place on the robot, the
-/// second pose, that place is used in place of what PARAM lines say. A largest range that is
-/// infinite or 0 is none, and ranges that are not finite are of rays that saw nothing.
+/// second pose, that place is used in place of what PARAM lines say. In ROBOTLASER1 lines, too, it
+/// is used where the laser keeps it, else what PARAM lines say, which is noted. A largest range
+/// that is infinite or 0 is none, and ranges that are not finite are of rays that saw nothing.
 ///
 /// FLASER lines tell no angles: with an even number of rays over 180 degrees the first is at -90
 /// degrees and the last one step before 90, as CARMEN has them, with an odd number it is at 90.

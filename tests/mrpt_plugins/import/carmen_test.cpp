@@ -194,6 +194,22 @@ TEST_F(Carmen, TheFirstPoseOfALineIsThatOfTheLaser) {
   EXPECT_EQ(scan_of(0).T_robot_sensor.translation().x(), 0);
 }
 
+TEST_F(Carmen, ALaserOfACorrectedPathIsWhereParameterLinesSay) {
+  const auto line = [](double laser, double robot) {
+    return "ROBOTLASER1 0 -0.785398 1.570796 0.785398 5 0.01 0 3 1 2 3 0 " + std::to_string(laser) +
+           " 0 0 " + std::to_string(robot) + " 0 0 0 0 0 0 0 " + std::to_string(robot + 1) +
+           " host 0\n";
+  };
+  const auto ahead = [&](std::size_t i) { return scan_of(i).T_robot_sensor.translation().x(); };
+  EXPECT_FALSE(tells(import(line(0.3, 0) + line(2.3, 2)), "not fixed"));
+  EXPECT_NEAR(ahead(1), 0.3, 1e-6);
+  EXPECT_TRUE(tells(import(line(0.3, 0) + line(2.5, 2)), "not fixed"));
+  EXPECT_EQ(ahead(0), 0);
+  EXPECT_EQ(ahead(1), 0);
+  import("PARAM robot_frontlaser_offset 0.25 x 1\n" + line(0.3, 0) + line(2.5, 2));
+  EXPECT_EQ(ahead(1), 0.25);
+}
+
 TEST_F(Carmen, TheFieldOfViewOfParameterLines) {
   const std::string fov = "PARAM laser_front_laser_fov 4.71239\n";
   const auto first = [&] { return direction(scan_of(0), 0) / kStepDegree; };
