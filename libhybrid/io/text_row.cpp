@@ -105,6 +105,23 @@ const char* unit_asked(double value) {
                         : "";
 }
 
+constexpr char kQuote = '"';
+
+bool is_quoted(std::string_view cell) {
+  return cell.size() >= 2 && cell.front() == kQuote && cell.back() == kQuote;
+}
+
+/// The place behind the quotes that begin at `at`, where "" is a quote within them; npos where none
+/// begin there, or they do not end.
+std::size_t behind_quotes(std::string_view text, std::size_t at) {
+  if (at >= text.size() || text[at] != kQuote) return std::string_view::npos;
+  std::size_t end = text.find(kQuote, at + 1);
+  while (end != std::string_view::npos && text.substr(end + 1, 1) == "\"") {
+    end = text.find(kQuote, end + 2);
+  }
+  return end == std::string_view::npos ? end : end + 1;
+}
+
 }  // namespace
 
 void TextRow::cut_words() {
@@ -130,15 +147,27 @@ void TextRow::cut_cells() {
   separator_ = text.find(';') != std::string_view::npos   ? ';'
                : text.find(',') != std::string_view::npos ? ','
                                                           : ' ';
-  if (separator_ == ' ') return cut_words();
+  const auto strip = [&](Span& cell) {
+    if (!is_quoted(text.substr(cell.begin, cell.end - cell.begin))) return;
+    ++cell.begin;
+    --cell.end;
+  };
+  if (separator_ == ' ') {
+    cut_words();
+    std::for_each(words_.begin(), words_.begin() + std::ptrdiff_t(count_), strip);
+    return;
+  }
   count_ = 0;
   if (words_.size() < text.size() + 1) words_.resize(text.size() + 1);
   for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(separator_, begin), text.size());
+    const std::size_t behind = behind_quotes(text, text.find_first_not_of(kBlanks, begin));
+    const std::size_t search = behind == std::string_view::npos ? begin : behind;
+    const std::size_t end = std::min(text.find(separator_, search), text.size());
     const std::size_t from = std::min(text.find_first_not_of(kBlanks, begin), end);
     std::size_t to = end;
     while (to > from && is_blank(text[to - 1])) --to;
     add(from, to);
+    strip(words_[count_ - 1]);
     begin = end + 1;
   }
 }

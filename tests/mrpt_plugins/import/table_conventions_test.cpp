@@ -79,6 +79,25 @@ TEST_F(TableConventions, NamesInAnyCaseWithUnitsAndAnIndexWithoutAName) {
   EXPECT_TRUE(tells(report, "column '' is left aside"));
 }
 
+TEST_F(TableConventions, CellsMayBeQuoted) {
+  // As R writes them, with a name for each row.
+  const ImportReport report =
+      imported("\"\",\"time\",\"x\",\"y\",\"yaw\"\n\"1\",0,0,0,0\n\"2\",\"2\",2,0,1.5\n",
+               "\"time\", \"range\",\"Yaw [rad]\",\"class\"\n\"0.5\",\"3\",0.1,\"tree, tall\"\n"
+               "1.5,4,-0.2,\"\"\n");
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-9);
+  EXPECT_NEAR(seen(all[0]).detections.at(0).range, 3, 1e-6);
+  EXPECT_EQ(seen(all[0]).class_names, (std::vector<std::string>{"tree, tall"}));
+  EXPECT_TRUE(seen(all[1]).detections.at(0).class_scores.empty());
+  std::filesystem::remove(log());
+  imported("\"time\" \"x\" \"y\" \"yaw\"\n0 0 0 0\n2 2 0 0\n", kDetections);
+  EXPECT_EQ(steps().size(), 2U);
+  std::filesystem::remove(log());
+  expect_error([&] { imported("time,\"x,y,yaw\n0,0,0,0\n", kDetections); }, "unknown column '\"x'");
+}
+
 TEST_F(TableConventions, AUnitThatIsAnotherIsRefused) {
   const char* odometry = "time,x,y,yaw\n0,0,0,0\n2,2,0,0\n";
   for (const char* header :
