@@ -29,6 +29,7 @@
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/import/detail/camera.h"
 #include "mrpt_plugins/import/detail/cloud_files.h"
+#include "mrpt_plugins/import/detail/log_time.h"
 #include "mrpt_plugins/import/detail/pose_rows.h"
 #include "mrpt_plugins/import/detail/table_odometry.h"
 #include "mrpt_plugins/input/odometry_reset.h"
@@ -319,7 +320,7 @@ class CloudsImport {
       if (!poses->empty() && (*poses)[i]->time) return *(*poses)[i]->time;
     }
     if (!folder_.stamps.empty()) return folder_.stamps[i];
-    return static_cast<double>(i) * options_.period;
+    return log_time(static_cast<double>(i) * options_.period);
   }
 
   /// The motion from the last cloud that was kept.

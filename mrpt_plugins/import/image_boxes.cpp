@@ -15,6 +15,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "mrpt_plugins/import/detail/detection_steps.h"
+#include "mrpt_plugins/import/detail/log_time.h"
 #include "mrpt_plugins/import/detail/read_boxes.h"
 
 namespace hybrid {
@@ -61,10 +62,10 @@ class ImageClock {
   /// None for an image that the table lacks.
   std::optional<double> at(std::int64_t image) const {
     if (is_counted()) {
-      return options_.start + static_cast<double>(image) * options_.period;
+      return log_time(options_.start + static_cast<double>(image) * options_.period);
     }
     const auto it = times_.find(image);
-    return it == times_.end() ? std::nullopt : std::optional<double>(it->second);
+    return it == times_.end() ? std::nullopt : std::optional(log_time(it->second));
   }
 
  private:

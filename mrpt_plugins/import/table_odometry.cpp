@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "mrpt_plugins/evaluation/ground_truth.h"
+#include "mrpt_plugins/import/detail/log_time.h"
 
 namespace hybrid {
 namespace {
@@ -80,6 +81,7 @@ CPose3D pose_between(const TimedPose& before, const TimedPose& after, double tim
 TableOdometry::TableOdometry(const std::string& path) : path_(path) {
   if (is_tum(path)) {
     poses_ = read_tum(path);
+    for (TimedPose& p : poses_) p.time = log_time(p.time);
     is_3d_ = !are_planar(poses_);
   } else {
     table_.emplace(path,

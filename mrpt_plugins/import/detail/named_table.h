@@ -19,6 +19,7 @@
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/import/detail/log_time.h"
 #include "mrpt_plugins/import/detail/stated_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
 
@@ -145,12 +146,13 @@ class NamedTable {
   std::string word(const std::string& name) const {
     return std::string((*row_)[columns_.at(name)]);
   }
-  /// Of column time, or of whole seconds and nanoseconds, as ROS has them.
+  /// Of column time, or of whole seconds and nanoseconds, as ROS has them; as a log has it.
   double time() const {
-    if (!nanoseconds_) return row_->time(columns_.at("time"));
+    const double seconds = row_->time(columns_.at("time"));
+    if (!nanoseconds_) return log_time(seconds);
     constexpr std::int64_t kSecond = 1'000'000'000;  // ns
-    return row_->time(columns_.at("time")) +
-           static_cast<double>(row_->id(*nanoseconds_, kSecond - 1)) / static_cast<double>(kSecond);
+    return log_time(seconds + static_cast<double>(row_->id(*nanoseconds_, kSecond - 1)) /
+                                  static_cast<double>(kSecond));
   }
   double number(const std::string& name) const { return row_->coordinate(columns_.at(name)); }
   /// An angle [rad], which is not in degrees.

@@ -63,6 +63,16 @@ TEST_F(BoxesInImages, NamesMayBeTimes) {
   }
 }
 
+TEST_F(BoxesInImages, TimesThatAreCountedAreThoseOfATable) {
+  // 3 * 0.2 is 0.6000000000000001.
+  const std::string rows = "0.2,0,0,0\n0.4,1,0,0\n0.6,2,0,0\n0.8,3,0,0\n";
+  options_.odometry = write("odometry.csv", "time,x,y,yaw\n0,0,0,0\n" + rows);
+  options_.boxes.period = 0.2;
+  for (const char* name : {"frame_0", "frame_1", "frame_2", "frame_3", "frame_4"}) image(name);
+  EXPECT_EQ(import("boxes").steps, 5U);
+  for (const LogStep& step : steps()) EXPECT_TRUE(step.between.empty()) << step.time;
+}
+
 TEST_F(BoxesInImages, WhatIsNotOfYoloIsAskedAbout) {
   image("frame_2", "0 320 240 50 60 0.9\n");
   expect_error([&] { import("boxes"); },
