@@ -139,6 +139,8 @@ void TableOdometry::advance() {
     note_place(after_->pose);
   }
   if (before_ && after_ && after_->time == before_->time) ++repeated_;
+  if (after_) end_ = after_->time;
+  if (before_ && after_ && !is_new_) way_ += (after_->pose - before_->pose).norm();
   if (is_new_) gap_.start_anew();
   has_gap_ = after_ && gap_.before(after_->time, to_isometry(after_->pose));
   if (has_gap_) ++gaps_;

@@ -86,6 +86,7 @@ class DetectionSteps {
     add_fixes_before(std::numeric_limits<double>::infinity());
     odometry_.finish(log_);
     finish_fixes();
+    ask_unit_of_times();
     if (directions_ == 0 || 2 * identified > directions_) return;
     log_.note(fmt::format(
         "{} directions without ranges and ids: a thing gets its place once the robot has passed it "
@@ -129,6 +130,7 @@ class DetectionSteps {
       step.motion = way_->to(*pose);
     }
     resets_ = odometry_.resets();
+    if (!last_) first_ = time;
     last_is_read_ = last_ && newest_ > last_->time;
     if (last_is_read_ && time > newest_) log_.add_odometry(time, *pose, odometry_.is_3d());
     last_ = TimedPose{time, *pose};
@@ -154,6 +156,18 @@ class DetectionSteps {
       if (options_.detections.empty()) log_.used(fixes_->share());
       add_step(time, odometry_.at(time), {}, fixes);
     }
+  }
+  /// Asks about times that make a robot move and see more slowly than any does.
+  void ask_unit_of_times() const {
+    constexpr double kLeastWay = 1, kSlow = 0.01, kApart = 20;  // m, m/s, s
+    const double way = odometry_.way(), duration = odometry_.end() - odometry_.start();
+    if (log_.steps() < 2 || way < kLeastWay || way >= kSlow * duration) return;
+    const double apart = (last_->time - first_) / static_cast<double>(log_.steps() - 1);
+    if (apart < kApart) return;
+    log_.note(
+        fmt::format("{}: the robot moves by {:.2g} m in a second, and steps are {:.4g} s "
+                    "apart: are the times milliseconds? They are taken for seconds",
+                    options_.odometry, way / duration, apart));
   }
   void finish_fixes() {
     if (!fixes_) return;
@@ -187,6 +201,7 @@ class DetectionSteps {
                                                                        // sigma
   CObservationClassedBearingRange::Ptr frame_, bare_;
   std::size_t directions_ = 0;        // without ranges
+  double first_ = 0;                  // time of the first step
   std::optional<TimedPose> last_;     // step
   std::optional<WanderingPath> way_;  // from there on
   double newest_ = 0;                 // time of that or of the last row behind it

@@ -50,6 +50,10 @@ class TableOdometry {
   /// Time of the first pose; 0 if there is none.
   double start() const { return start_; }
 
+  /// Length of the path up to the last pose read [m], and its time [s].
+  double way() const { return way_; }
+  double end() const { return end_; }
+
   /// How often it had started anew before the last pose that at() gave: poses before and after are
   /// not in one frame.
   std::size_t resets() const { return frame_; }
@@ -78,7 +82,7 @@ class TableOdometry {
   std::size_t resets_ = 0, frame_ = 0, repeated_ = 0, gaps_ = 0;
   std::size_t read_ = 0;  // poses of `poses_` used so far
   bool is_3d_ = false;
-  double start_ = 0;
+  double start_ = 0, end_ = 0, way_ = 0;
   std::optional<double> yaw_;  // in the last row
   std::optional<TimedPose> before_, after_;
 };

@@ -79,6 +79,17 @@ TEST_F(TableConventions, NamesInAnyCaseWithUnitsAndAnIndexWithoutAName) {
   EXPECT_TRUE(tells(report, "column '' is left aside"));
 }
 
+TEST_F(TableConventions, TimesThatSeemToBeMillisecondsAreAskedAbout) {
+  const std::string odometry = "time,x,y,yaw\n0,0,0,0\n2000,2,0,0\n4000,4,0,0\n";
+  const char* asked = "apart: are the times milliseconds?";
+  EXPECT_TRUE(tells(imported(odometry, "time,range,yaw\n1000,3,0.1\n1200,4,-0.2\n"), asked));
+  std::filesystem::remove(log());
+  EXPECT_FALSE(tells(imported(odometry, "time,range,yaw\n1000,3,0.1\n1019,4,-0.2\n"), asked));
+  std::filesystem::remove(log());
+  const std::string fast = "time,x,y,yaw\n0,0,0,0\n2000,21,0,0\n";
+  EXPECT_FALSE(tells(imported(fast, "time,range,yaw\n1000,3,0.1\n1200,4,-0.2\n"), asked));
+}
+
 TEST_F(TableConventions, CellsMayBeQuoted) {
   // As R writes them, with a name for each row.
   const ImportReport report =
