@@ -70,7 +70,7 @@ TEST_F(BoxesInImages, TimesThatAreCountedAreThoseOfATable) {
   options_.boxes.period = 0.2;
   for (const char* name : {"frame_0", "frame_1", "frame_2", "frame_3", "frame_4"}) image(name);
   EXPECT_EQ(import("boxes").steps, 5U);
-  for (const LogStep& step : steps()) EXPECT_TRUE(step.between.empty()) << step.time;
+  for (const LogStep& step : steps()) EXPECT_LE(step.between.size(), 1U) << step.time;
 }
 
 TEST_F(BoxesInImages, WhatIsNotOfYoloIsAskedAbout) {

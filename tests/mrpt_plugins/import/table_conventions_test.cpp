@@ -93,7 +93,7 @@ TEST_F(TableConventions, TimesThatSeemToBeMillisecondsAreAskedAbout) {
 TEST_F(TableConventions, CellsMayBeQuoted) {
   // As R writes them, with a name for each row.
   const ImportReport report =
-      imported("\"\",\"time\",\"x\",\"y\",\"yaw\"\n\"1\",0,0,0,0\n\"2\",\"2\",2,0,1.5\n",
+      imported("\"\",\"time\",\"x\",\"y\",\"yaw\"\n\"1\",0,0,0,0\n\"2\",\"2\",2,0,0\n",
                "\"time\", \"range\",\"Yaw [rad]\",\"class\"\n\"0.5\",\"3\",0.1,\"tree, tall\"\n"
                "1.5,4,-0.2,\"\"\n");
   const auto all = steps();
