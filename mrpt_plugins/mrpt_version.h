@@ -6,7 +6,9 @@
 #include <mrpt/core/Clock.h>
 #include <mrpt/version.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "libhybrid/export.h"
 
@@ -64,8 +66,9 @@ inline double seconds_of(mrpt::Clock::time_point stamp) {
   if (stamp == mrpt::Clock::time_point()) return 0;
   constexpr std::int64_t kTicksPerSecond = 10'000'000;
   constexpr std::int64_t kFrom1601To1970 = 11'644'473'600 * kTicksPerSecond;
-  const auto ticks = static_cast<std::int64_t>(stamp.time_since_epoch().count()) - kFrom1601To1970;
-  return static_cast<double>(ticks) / kTicksPerSecond;
+  const std::int64_t ticks = stamp.time_since_epoch().count();
+  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min() + kFrom1601To1970;
+  return static_cast<double>(std::max(ticks, kLeast) - kFrom1601To1970) / kTicksPerSecond;
 }
 
 }  // namespace hybrid

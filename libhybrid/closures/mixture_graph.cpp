@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <memory>
+#include <string>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/pose_graph/pose_graph.h"
@@ -79,6 +81,10 @@ HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& op
 
 std::vector<ContinuousFactorPtr> factors_in_force(const RobustProblem& problem,
                                                   const std::vector<bool>& accepted) {
+  if (accepted.size() != problem.closures.size()) {
+    throw Error("decisions on " + std::to_string(accepted.size()) + " closures for " +
+                std::to_string(problem.closures.size()));
+  }
   std::vector<ContinuousFactorPtr> factors = problem.trusted;
   for (std::size_t k = 0; k < accepted.size(); ++k) {
     if (accepted[k]) factors.push_back(problem.closures[k]);

@@ -61,7 +61,7 @@ OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& 
 /// Error for weights that are not positive.
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options = {});
 
-/// Trusted factors and accepted closures.
+/// Trusted factors and accepted closures. Throws Error where there is not a decision on each.
 std::vector<ContinuousFactorPtr> factors_in_force(const RobustProblem& problem,
                                                   const std::vector<bool>& accepted);
 

@@ -87,7 +87,7 @@ TEST(AgreementOverTime, InSpaceIsOneForTheRightPathAndLessForAWrongOne) {
 }
 
 /// Detections without their ranges, four times a second.
-std::vector<PlacedDetections> directions(const Error& error, unsigned seed, bool is_3d) {
+std::vector<PlacedDetections> directions(const PathError& error, unsigned seed, bool is_3d) {
   std::vector<PlacedDetections> out = detections(3 * kLap, error, seed, is_3d, 0.25);
   for (PlacedDetections& frame : out) {
     frame.has_range = false;
@@ -154,7 +154,7 @@ TEST(AgreementOverTime, OfAShortLogIsOverHalfOfIt) {
 
 TEST(AgreementOverTime, ShowsWhenThePathWentWrong) {
   // right in the first two laps, 2 m off in the last
-  const Error error = [](double time) { return Eigen::Vector2d(time < 2 * kLap ? 0 : 2, 0); };
+  const PathError error = [](double time) { return Eigen::Vector2d(time < 2 * kLap ? 0 : 2, 0); };
   const Agreement found = agreement_of_detections(detections(3 * kLap, error));
   double early = 0, late = 0;
   for (const Agreement::Stretch& stretch : found.stretches) {
@@ -211,7 +211,7 @@ std::vector<LaserScan> room_scans(double seconds) {
   return out;
 }
 
-Agreement of_scans(const std::vector<LaserScan>& scans, const Error& error) {
+Agreement of_scans(const std::vector<LaserScan>& scans, const PathError& error) {
   std::vector<PlacedScan> placed;
   for (const LaserScan& scan : scans) {
     placed.push_back({scan.time, 0, moved(true_pose(scan.time), error(scan.time)), false, &scan});

@@ -25,12 +25,12 @@ inline SE2 true_pose(double time) {
 }
 
 /// The error of a path in the plane, by time.
-using Error = std::function<Eigen::Vector2d(double)>;
+using PathError = std::function<Eigen::Vector2d(double)>;
 inline Eigen::Vector2d none(double) {
   return Eigen::Vector2d::Zero();
 }
 /// A path that is `metres` off in the second lap, and back again.
-inline Error in_second_lap(double metres) {
+inline PathError in_second_lap(double metres) {
   return [metres](double time) {
     return Eigen::Vector2d(metres * std::sin(M_PI * std::clamp(time / kLap - 0.5, 0.0, 1.0)), 0);
   };
@@ -48,7 +48,7 @@ inline std::vector<Eigen::Vector3d> things_by(std::mt19937& random, bool is_3d) 
 }
 
 /// Detections of things around the circle, once a period, laid out by a path that has errors.
-inline std::vector<PlacedDetections> detections(double seconds, const Error& error,
+inline std::vector<PlacedDetections> detections(double seconds, const PathError& error,
                                                 unsigned seed = 1, bool is_3d = false,
                                                 double period = 1) {
   std::mt19937 random(seed);

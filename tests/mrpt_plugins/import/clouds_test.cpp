@@ -248,7 +248,7 @@ TEST_F(Clouds, PosesOfCamerasAreTurnedIntoAxesOfTheRobot) {
   options.truth = options.odometry = with_three(rows);
   options.camera_odometry = options.camera_truth = true;
   import();
-  const auto& motion = clouds()[1].odometry.value().mean;
+  const auto motion = clouds()[1].odometry.value().mean;
   EXPECT_NEAR(motion.x(), 3, 1e-9);
   EXPECT_NEAR(motion.y(), -1, 1e-9);
   EXPECT_NEAR(motion.z(), -2, 1e-9);
