@@ -178,15 +178,18 @@ void draw(const ReplayRequest& request, Attempts& attempts, Attempt& taken) {
   }
 }
 
-/// Maps logs without their fixes where these may be what is wrong, and keeps the map that agrees
-/// better.
-void map_without_fixes(Attempts& attempts, Attempt& taken) {
-  const auto asked = without_fixes(taken.request, taken.outcome.summary);
+/// Makes another map, if it is asked for and was not tried, and keeps the one that agrees better.
+void try_other(const std::optional<ReplayRequest>& asked, Attempts& attempts, Attempt& taken) {
   if (!asked || taken.outcome.signal != 0) return;
-  const auto without = attempts.first_untried({*asked});
-  if (!without) return;
+  const auto other = attempts.first_untried({*asked});
+  if (!other) return;
   const Health before = taken.outcome.summary.health;
-  take(attempts.make(*without, {&before, agrees_better}), taken);
+  take(attempts.make(*other, {&before, agrees_better}), taken);
+}
+
+/// Maps logs without their fixes where these may be what is wrong.
+void map_without_fixes(Attempts& attempts, Attempt& taken) {
+  try_other(without_fixes(taken.request, taken.outcome.summary), attempts, taken);
 }
 
 /// Adds all maps that were made to the summary of the one that was taken.
@@ -213,6 +216,7 @@ ReplayOutcome replay(const ReplayRequest& asked,
   Attempts attempts(watchers, start, taken);
   try {
     map_as_measured(request, attempts, taken);
+    try_other(with_stated_noise(taken.request, taken.outcome.summary), attempts, taken);
     if (verdict_on_fixes(taken.outcome.summary.fixes) == HealthVerdict::kBad) {
       map_without_fixes(attempts, taken);
     }

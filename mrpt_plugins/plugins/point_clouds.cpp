@@ -208,6 +208,11 @@ Contribution PointClouds::observe(const Frame& frame, const MapView& map) {
     ++out.dropped["cloud dropped: the map is planar ([map] dimension)"];
     return out;
   }
+  if (cloud.points == robot.last) {
+    ++out.dropped["cloud dropped: it is the one before once more, point by point"];
+    return out;
+  }
+  robot.last = cloud.points;
   TrackedCloud tracked;
   try {
     const std::optional<UncertainMotion3> odometry = motion_to(robot, frame, map);

@@ -48,9 +48,10 @@ class PointClouds : public MappingPlugin, public CloudFollower {
     std::vector<Key> keys;  // by cloud of the mapper
     ClosureFactors factors;
     SweepVelocity velocity;
-    std::optional<PointCloud> first;  // with times, until the second tells the motion
-    bool lost_odometry = false;       // since the last frame with a cloud
-    std::size_t empty = 0;            // frames of clouds without a point, which the mapper has not
+    std::optional<PointCloud> first;    // with times, until the second tells the motion
+    bool lost_odometry = false;         // since the last frame with a cloud
+    std::vector<Eigen::Vector3f> last;  // points of the last cloud, as they came
+    std::size_t empty = 0;  // frames of clouds without a point, which the mapper has not
   };
 
   std::optional<UncertainMotion3> motion_to(const Robot& robot, const Frame& frame,

@@ -212,6 +212,12 @@ std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<Repla
   return out;
 }
 
+std::optional<ReplayRequest> with_stated_noise(ReplayRequest request, const Summary& summary) {
+  if (verdict_on_fixes(summary.fixes) != HealthVerdict::kBad) return std::nullopt;
+  give(request, "sensor.noise=stated");
+  return request;
+}
+
 std::optional<ReplayRequest> without_fixes(ReplayRequest request, const Summary& summary) {
   const bool agrees =
       !is_judged(summary.health) || agreement_of(summary.health) == HealthVerdict::kGood;

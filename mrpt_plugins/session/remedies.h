@@ -43,6 +43,10 @@ struct Remedies {
 std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<ReplayRequest> bases,
                                  const Summary& summary);
 
+/// The request with the noise of receivers and odometry as stated, where fixes of the map whose
+/// summary this is are bad, and that noise was measured.
+std::optional<ReplayRequest> with_stated_noise(ReplayRequest request, const Summary& summary);
+
 /// The request without the fixes of satellite receivers, where the map with them, whose summary
 /// this is, does not agree over time or takes many of them for false or biased. Nothing where
 /// without them nothing is mapped.

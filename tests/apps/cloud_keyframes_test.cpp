@@ -68,6 +68,20 @@ TEST_F(CloudKeyframes, ASimpleMapIsMappedAsALog) {
   EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"].get<double>(), 0.05);
 }
 
+// A driver that has no new cloud may send the last one again.
+TEST_F(CloudKeyframes, CloudsThatComeAgainAreLeftOut) {
+  write_clouds("in", testing::cluttered_hall(), way_, 4);
+  for (std::size_t i = 1; i < way_.size(); i += 3) {
+    write(fmt::format("in/{}.bin", i), read(fmt::format("in/{}.bin", i - 1)));
+  }
+  import("in", "--odometry " + at("in_odometry.txt"));
+  const auto summary = summary_of(at("in.rawlog") + truth_of("in"));
+  EXPECT_EQ(summary["dropped"]["cloud dropped: it is the one before once more, point by point"],
+            (way_.size() + 1) / 3);
+  EXPECT_EQ(summary["plugins"]["clouds_lost"], 0);
+  EXPECT_LT(summary["truth"]["trajectory"]["aligned"]["rmse_m"].get<double>(), 0.05);
+}
+
 TEST_F(CloudKeyframes, ClosuresOfAGraphAreTriedAsOthersAre) {
   write_clouds("in", testing::cluttered_hall(), way_, 4);
   std::string graph;

@@ -122,6 +122,18 @@ TEST(AgreesBetter, TakesAMapWithoutFixesWhereTheseAreBad) {
   EXPECT_FALSE(agrees_better(with, without));
 }
 
+TEST(WithStatedNoise, IsAskedWhereFixesAreBad) {
+  Summary summary;
+  summary.fixes.used = 100;
+  summary.fixes.asks_modes = true;
+  ReplayRequest request;
+  request.settings = {"sensor.noise=measured", "calibration.odometry=yes"};
+  EXPECT_FALSE(with_stated_noise(request, summary));
+  summary.fixes.wrong = 40;
+  EXPECT_EQ(with_stated_noise(request, summary)->settings,
+            (std::vector<std::string>{"calibration.odometry=yes", "sensor.noise=stated"}));
+}
+
 TEST(WithoutFixes, IsAskedWhereTheyMayBeWhatIsWrong) {
   Summary summary;
   summary.fixes.used = 100;
