@@ -4,17 +4,13 @@
 #include "apps/hybrid-objects/quaternion_order.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
+
+#include "libhybrid/core/quantile.h"
 
 namespace hybrid {
 namespace {
-
-/// The upper median; reorders the values, of which there is one at least.
-double upper_median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Median distance of the sightings of an object to their median in the odometry frame [m].
 double spread(const std::vector<SE3>& odometry, const ObjectTrack& track) {
@@ -28,11 +24,11 @@ double spread(const std::vector<SE3>& odometry, const ObjectTrack& track) {
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(seen.begin(), seen.end(), values.begin(),
                    [axis](const Eigen::Vector3d& p) { return p[axis]; });
-    middle[axis] = upper_median(values);
+    middle[axis] = median(values);
   }
   std::transform(seen.begin(), seen.end(), values.begin(),
                  [&middle](const Eigen::Vector3d& p) { return (p - middle).norm(); });
-  return upper_median(values);
+  return median(std::move(values));
 }
 
 }  // namespace

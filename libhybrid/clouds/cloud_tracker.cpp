@@ -247,15 +247,16 @@ TrackedCloud CloudTracker::begin(const std::optional<UncertainMotion3>& odometry
 TrackedCloud CloudTracker::track(const std::vector<Eigen::Vector3f>& points,
                                  const Eigen::Vector3f& sensor,
                                  const std::optional<UncertainMotion3>& odometry, bool is_at_once) {
-  const bool is_first = !has_matched_ && reach_of(points, sensor) > kLonger * reach_;
-  if (is_first) reach_ = reach_of(points, sensor);
+  const double reach = has_matched_ ? 0 : reach_of(points, sensor);
+  const bool is_first = reach > kLonger * reach_;
+  if (is_first) reach_ = reach;
   newest_.clear();
   const SE3 expected = odometry ? odometry->motion : last_motion_;
   if (reach_ > 0) {
     newest_ = cloud_points(sweep_.deskewed(points, sensor, expected, is_at_once), sensor,
                            options_.spacing * reach_);
   }
-  if (maps_.empty() || (is_first && reach_ > 0)) return begin(odometry);
+  if (maps_.empty() || is_first) return begin(odometry);
   const SE3 before = maps_.back().poses.back();
   const SE3 predicted = before * expected;
   const std::vector<CloudPoint> used = balanced(newest_, options_.most_points);

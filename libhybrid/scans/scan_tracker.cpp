@@ -138,10 +138,10 @@ ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points,
   options.prior = predicted.covariance.inverse();
   ScanAlignment best = align(points, *surfaces_, predicted.motion, options);
   if (points.empty() || best.inliers >= kDoubtful) return best;
-  const bool may_be_late = is_within_reach(pose_, predicted.motion);
   // Odometry may be late: the robot stands, or goes on as before.
-  for (const SE2& start : {pose_, pose_ * last_motion_}) {
-    if (!may_be_late) break;
+  std::vector<SE2> if_late;
+  if (is_within_reach(pose_, predicted.motion)) if_late = {pose_, pose_ * last_motion_};
+  for (const SE2& start : if_late) {
     const ScanAlignment other = align(points, *surfaces_, start, options);
     if (log_odds(other, predicted) > log_odds(best, predicted)) best = other;
   }
@@ -154,10 +154,11 @@ ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points,
   window.turn = std::clamp(kSearched * sigmas.z(), kLeastTurn, kMostTurn);
   search(points, predicted, window, best);
   if (best.inliers >= options_.min_inliers) return best;
-  for (const SE2& centre : {predicted.motion, pose_}) {
+  const auto search_around = [&](const SE2& centre) {
     search(points, predicted, {centre, Eigen::Vector2d::Constant(kLostReach), kLostTurn}, best);
-    if (!may_be_late) break;
-  }
+  };
+  search_around(predicted.motion);
+  if (!if_late.empty()) search_around(pose_);
   return best;
 }
 

@@ -73,16 +73,11 @@ bool are_judged(const FixFigures& fixes) {
 
 HealthEntry fix_entry(const char* name, double value, const UpperLimits& limits,
                       const FixFigures& fixes, const std::string& sentence, const char* knob) {
-  if (are_judged(fixes)) {
-    HealthEntry entry = judged_entry(name, value, limits, sentence, knob);
-    entry.is_optional = true;
-    return entry;
-  }
-  HealthEntry entry;
-  entry.name = name;
+  HealthEntry entry = judged_entry(name, value, limits, sentence, knob);
   entry.is_optional = true;
+  if (are_judged(fixes)) return entry;
+  entry.knob.clear();
   entry.value = std::numeric_limits<double>::quiet_NaN();
-  entry.most = limits.doubtful;
   entry.verdict = HealthVerdict::kNotJudged;
   entry.sentence = fixes.used < kFewestFixes
                        ? fmt::format("{} of {} fixes are in the map, too few to judge by.",

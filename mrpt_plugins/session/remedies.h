@@ -44,7 +44,7 @@ std::vector<ReplayRequest> draws(const ReplayRequest& request, std::vector<Repla
                                  const Summary& summary);
 
 /// The request with the noise of receivers and odometry as stated, where fixes of the map whose
-/// summary this is are bad, and that noise was measured.
+/// summary this is are bad.
 std::optional<ReplayRequest> with_stated_noise(ReplayRequest request, const Summary& summary);
 
 /// The request without the fixes of satellite receivers, where the map with them, whose summary
