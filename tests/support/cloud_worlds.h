@@ -28,8 +28,8 @@ inline CloudWorld cluttered_hall() {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> x(-11, 11), y(-7, 7), size(0.3, 1.5), height(0.5, 4);
   while (world.boxes.size() < 30) {
-    const Eigen::Vector3d at(x(random), y(random), -1);
-    const Eigen::Vector3d edges(size(random), size(random), height(random));
+    const Eigen::Vector3d at{x(random), y(random), -1};
+    const Eigen::Vector3d edges{size(random), size(random), height(random)};
     if (std::abs(at.head<2>().norm() - 5) < 1.8) continue;  // the way around
     world.boxes.push_back({at, at + edges});
   }
@@ -43,8 +43,8 @@ inline CloudWorld long_hall(unsigned seed = 3) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> x(-23, 23), y(-5, 5), size(0.3, 1.5), height(0.5, 4);
   while (world.boxes.size() < 40) {
-    const Eigen::Vector3d at(x(random), y(random), -1);
-    const Eigen::Vector3d edges(size(random), size(random), height(random));
+    const Eigen::Vector3d at{x(random), y(random), -1};
+    const Eigen::Vector3d edges{size(random), size(random), height(random)};
     if (at.y() > -2.5 && at.y() < 1) continue;  // the way
     world.boxes.push_back({at, at + edges});
   }
