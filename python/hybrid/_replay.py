@@ -22,7 +22,7 @@ class ReplayResult(dict):
 
     def __init__(self, summary: dict, folder: str | os.PathLike):
         super().__init__(summary)
-        self.folder = pathlib.Path(folder)
+        self.folder = pathlib.Path(folder).absolute()  # also where the program goes to another folder
 
     @classmethod
     def read(cls, folder: str | os.PathLike) -> "ReplayResult":
