@@ -22,6 +22,8 @@
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/innovation.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+#include "libhybrid/solvers/problem.h"
 
 namespace hybrid {
 namespace {
@@ -32,6 +34,10 @@ constexpr std::size_t kStretch = 20;
 constexpr std::size_t kMostPassages = 200, kMostStretches = 32;  // budgets
 constexpr double kGate = 0.999;
 constexpr double kChance = 1e-3;  // of rivals that agree by chance anywhere
+/// So many passages confirm what is trusted; it refutes what is off by more than so many times the
+/// chi-square of the worst of them: twice its sigmas.
+constexpr std::size_t kConfirming = 2;
+constexpr double kFar = 4;
 
 /// One passage, by the closure in its middle.
 struct Passage {
@@ -49,12 +55,42 @@ bool are_near(const Passage& a, const Passage& b) {
          (are_near(a.from, b.to) && are_near(a.to, b.from));
 }
 
+/// What is trusted alone, such as the odometry, as a witness of closures.
+class TrustedPath {
+ public:
+  TrustedPath(const RobustProblem& problem, const Values& values) {
+    for (const ContinuousFactorPtr& factor : problem.trusted) graph_.add(factor);
+    problem_.emplace(graph_, values, Assignment{});
+    state_ = problem_->load(values);
+    levenberg_marquardt(*problem_, state_);
+    problem_->linearize(state_);
+    problem_->assemble();
+    if (problem_->factorize(0.0) < 0) predictor_.emplace(*problem_, state_);
+  }
+
+  /// Whether it has all poses in one part.
+  bool tells() const { return predictor_.has_value(); }
+
+  /// The chi-square by which a closure is off from it.
+  double chi_square(const ContinuousFactor& closure) {
+    const GivenOthers others = given_others(predictor_->predict(closure), false);
+    return others.b.dot(others.S.ldlt().solve(others.b));
+  }
+
+ private:
+  HybridGraph graph_;
+  std::optional<Problem> problem_;
+  Problem::State state_;
+  std::optional<InnovationPredictor> predictor_;
+};
+
 template <class Pose>
 class ClosureJudge {
  public:
   ClosureJudge(const RobustProblem& problem, const Values& values,
                const std::vector<bool>& accepted, double scale)
-      : values_(values),
+      : problem_(problem),
+        values_(values),
         closures_(problem.closures),
         accepted_(accepted),
         marginals_(HybridGraph(factors_in_force(problem, accepted)), Estimate{values, {}}),
@@ -73,7 +109,7 @@ class ClosureJudge {
       if (agrees) (*agrees ? agreeing : contradicted).push_back(passage);
     }
     ClosureAgreement out;
-    const std::vector<Passage> rivals = rivals_among(contradicted);
+    const std::vector<Passage> rivals = not_refuted(rivals_among(contradicted), agreeing);
     out.agreeing = agreeing.size();
     out.rivals = rivals.size();
     out.alone = contradicted.size() - rivals.size();
@@ -161,6 +197,34 @@ class ClosureJudge {
     return out;
   }
 
+  /// Those that what is trusted does not refute. It may refute a closure if others confirm it along
+  /// ways that are as long: on a circle, as on a regular floor, false closures agree with each
+  /// other since the stretches between them are alike.
+  std::vector<Passage> not_refuted(std::vector<Passage> rivals,
+                                   const std::vector<Passage>& agreeing) const {
+    if (rivals.empty() || agreeing.size() < kConfirming) return rivals;
+    TrustedPath trusted(problem_, values_);
+    if (!trusted.tells()) return rivals;
+    const auto chi_square = [&](const Passage& p) {
+      return trusted.chi_square(*closures_[p.closure]);
+    };
+    const auto length = [](const Passage& p) {
+      return std::max(p.from, p.to) - std::min(p.from, p.to);
+    };
+    const auto is_refuted = [&](const Passage& rival) {
+      std::size_t confirming = 0;
+      double worst = gate_;
+      for (const Passage& other : agreeing) {
+        if (length(other) < length(rival)) continue;
+        ++confirming;
+        worst = std::max(worst, chi_square(other));
+      }
+      return confirming >= kConfirming && chi_square(rival) > kFar * worst;
+    };
+    rivals.erase(std::remove_if(rivals.begin(), rivals.end(), is_refuted), rivals.end());
+    return rivals;
+  }
+
   /// The error of a circle through two closures along the map, and its covariance.
   struct Circle {
     typename Pose::Tangent e;
@@ -239,6 +303,7 @@ class ClosureJudge {
     return out;
   }
 
+  const RobustProblem& problem_;
   const Values& values_;
   const std::vector<ContinuousFactorPtr>& closures_;
   const std::vector<bool>& accepted_;

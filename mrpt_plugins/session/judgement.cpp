@@ -74,10 +74,10 @@ HalfMap map_half(const ReplayRequest& request, const ReplaySettings& chosen, boo
 }
 
 /// Squared sigmas of the difference of two poses, for each number; nothing where it is not known.
-std::optional<double> difference(const HalfMap& a, const HalfMap& b, std::size_t i) {
-  const Eigen::MatrixXd &P = a.covariances[i], &Q = b.covariances[i];
+std::optional<double> difference(const HalfMap& a, std::size_t i, const HalfMap& b, std::size_t j) {
+  const Eigen::MatrixXd &P = a.covariances[i], &Q = b.covariances[j];
   if (P.rows() == 0 || Q.rows() != P.rows()) return std::nullopt;
-  const Eigen::Isometry3d D = to_isometry(a.path[i].pose).inverse() * to_isometry(b.path[i].pose);
+  const Eigen::Isometry3d D = to_isometry(a.path[i].pose).inverse() * to_isometry(b.path[j].pose);
   const Eigen::AngleAxisd turn(D.rotation());
   Eigen::Matrix<double, 6, 1> e;
   e << D.translation(), turn.angle() * turn.axis();
@@ -93,12 +93,17 @@ std::optional<double> difference(const HalfMap& a, const HalfMap& b, std::size_t
 Health compare_halves(const HalfMap& a, const HalfMap& b) {
   double sum = 0, apart = 0;
   std::size_t count = 0;
-  for (std::size_t i = 1; i < std::min(a.path.size(), b.path.size()); ++i) {
-    const auto squared = difference(a, b, i);
-    if (!squared) continue;
-    sum += *squared;
-    apart = std::max(apart, a.path[i].pose.distanceTo(b.path[i].pose));
-    ++count;
+  for (std::size_t i = 1, j = 1; i < a.path.size() && j < b.path.size();) {
+    const TimedPose &own = a.path[i], &other = b.path[j];
+    if (own.time != other.time) {  // one of the two halves lacks a keyframe that was dropped
+      ++(own.time < other.time ? i : j);
+      continue;
+    }
+    if (const auto squared = difference(a, i++, b, j++)) {
+      sum += *squared;
+      apart = std::max(apart, own.pose.distanceTo(other.pose));
+      ++count;
+    }
   }
   if (count < kFewestCompared) return {};
   HealthEntry entry;

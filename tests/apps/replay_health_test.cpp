@@ -58,6 +58,17 @@ TEST_F(ReplayHealthTest, NoiseStatedTooSmallIsBadAndStrictExitsWithIt) {
   EXPECT_NE(coarse.at("configuration").at("BearingRangeAssociation").at("extent"), "0");
 }
 
+TEST_F(ReplayHealthTest, HalvesOfTheDetectionsAgreeAsFarAsTheNoiseIsRight) {
+  const std::string halves = "halves of the detections";
+  const Json right = summary_of(kLog + " --cross-check", 0);
+  EXPECT_EQ(entry(right, halves).at("verdict"), "good");
+  const Json wrong = summary_of(kLog +
+                                    " --cross-check --set sensor.noise=stated"
+                                    " --set sensor.sigma_range=0.01 --set sensor.sigma_yaw_deg=0.1",
+                                0);
+  EXPECT_EQ(entry(wrong, halves).at("verdict"), "bad") << entry(wrong, halves).dump();
+}
+
 /// Stamps of whole seconds: the path is wrong by half a second of driving, and nothing else says
 /// so.
 TEST_F(ReplayHealthTest, AClockOfWholeSecondsIsBad) {

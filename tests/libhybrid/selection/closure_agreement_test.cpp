@@ -11,6 +11,7 @@
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/pose_graph_worlds.h"
@@ -132,6 +133,36 @@ TEST(ClosureAgreement, FindsAMapThatIsTornBetweenItsHalves) {
     ASSERT_FALSE(found.rival_closures.empty()) << seed;
     EXPECT_FALSE(town.accepted[found.rival_closures.front()]) << seed;
   }
+}
+
+/// Two laps of a circle. False closures say that places a third of a lap apart are one: between any
+/// two of them the way is the same at both ends, so that they agree with each other.
+TEST(ClosureAgreement, IsNotSpoiltByRejectedClosuresThatOdometryRefutes) {
+  constexpr std::size_t kLap = 60, kShift = 17;
+  Town town(1, 10);
+  town.problem = {};
+  town.accepted.clear();
+  town.truth = {};
+  const Noise noise = Noise::diagonal(Eigen::Vector3d(0.02, 0.02, 0.005));
+  const SE2 step(0.5, 0, 2 * M_PI / kLap);
+  SE2 pose;
+  for (std::size_t k = 0; k < 2 * kLap; ++k, pose = pose * step) {
+    town.truth.insert(Key('x', k), pose);
+    if (k == 0)
+      town.problem.trusted.push_back(std::make_shared<Prior<SE2>>(Key('x', 0), pose, noise));
+    if (k == 0) continue;
+    const SE2 error(0.02 * town.uniform(1.7), 0.02 * town.uniform(1.7), 0.005 * town.uniform(1.7));
+    town.problem.trusted.push_back(
+        std::make_shared<BetweenSE2>(Key('x', k - 1), Key('x', k), step * error, noise));
+  }
+  for (std::size_t k = 0; k < kLap; k += 4) town.close(k, k + kLap, SE2(), true);
+  for (std::size_t k = 0; k + kShift < 2 * kLap; k += 7) {
+    town.close(k, k + kShift, SE2(0.1, 0.1, 0.05), false);
+  }
+  const ClosureAgreement found = town.agreement();
+  EXPECT_GE(found.agreeing, 3u);
+  EXPECT_EQ(found.rivals, 0u);
+  EXPECT_GE(found.alone, 3u);
 }
 
 TEST(ClosureAgreement, IsNoNumberWithoutClosures) {
