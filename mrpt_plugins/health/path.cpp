@@ -308,6 +308,22 @@ void check_clock(const RunFacts& facts, Health& health) {
   health.push_back(std::move(entry));
 }
 
+/// Whether a scale is that of lengths beside ranges of detections: either of both may have it.
+bool is_of_ranges(const CalibrationEstimate::Entry& scale, const RunFacts& facts) {
+  return scale.name == "scale of translation" && !facts.is_by_scans();
+}
+
+/// What is wrong with the scale of an odometry. A map that agrees over time has the lengths of its
+/// ranges, whatever the odometry says: only where it says another unit that map is bad.
+HealthVerdict judge_scale(const CalibrationEstimate::Entry& scale, double off,
+                          const RunFacts& facts) {
+  if (is_of_ranges(scale, facts) && facts.run.agrees &&
+      judge(off, kScaleLimits) < HealthVerdict::kBad)
+    return std::min(judge(off, kWheelLimits), HealthVerdict::kDoubtful);
+  return judge(off,
+               is_of_ranges(scale, facts) || facts.is_by_scans() ? kWheelLimits : kScaleLimits);
+}
+
 /// Noise of odometry that is stated too small looks like a scale and a drift, but like no wheel's.
 void check_calibration(const RunFacts& facts, Health& health) {
   for (const CalibrationEstimate& calibration : facts.run.result.calibration) {
@@ -316,16 +332,24 @@ void check_calibration(const RunFacts& facts, Health& health) {
       HealthEntry entry;
       entry.name = scale.name + " of " + calibration.name;
       entry.is_optional = true;
-      const UpperLimits& limits = facts.is_by_scans() ? kWheelLimits : kScaleLimits;
       entry.value = factor_off(scale.value);
-      entry.most = limits.doubtful;
-      entry.verdict = judge(entry.value, limits);
+      const bool is_wheel = is_of_ranges(scale, facts) || facts.is_by_scans();
+      entry.most = (is_wheel ? kWheelLimits : kScaleLimits).doubtful;
+      entry.verdict = judge_scale(scale, entry.value, facts);
       entry.sentence = fmt::format("The {} is estimated at {:.3g}, which should be near 1.",
                                    scale.name, scale.value);
-      if (entry.verdict != HealthVerdict::kGood) {
-        entry.knob =
-            "units and noise of the odometry: what is noise looks like a scale where it is "
-            "stated too small";
+      if (entry.verdict == HealthVerdict::kGood) {
+        health.push_back(std::move(entry));
+        continue;
+      }
+      entry.knob =
+          "units and noise of the odometry: what is noise looks like a scale where it is stated "
+          "too small";
+      if (is_of_ranges(scale, facts)) {
+        entry.sentence += fmt::format(
+            " Either ranges or odometry are {:.2g} % off; the map has the lengths of the ranges.",
+            100 * (entry.value - 1));
+        entry.knob += "; the scale of the ranges";
       }
       health.push_back(std::move(entry));
     }

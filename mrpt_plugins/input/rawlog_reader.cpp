@@ -237,7 +237,7 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryR
     ++warnings_[OdometryReset::kDropped];
     start_odometry_anew();
   }
-  has_gap_ = gap_.before(time, pose.isometry());
+  has_gap_ = !acts_ && gap_.before(time, pose.isometry());  // beside actions there may be few
   if (has_gap_) ++warnings_[OdometryGap::kMissing];
   before_ = after_;
   if (after_ && !is_within_reach(*after_, {time, pose})) between_.lose(after_->time);

@@ -71,9 +71,14 @@ class Walk {
     return run_health({graph_, estimate_, result_, dropped_, 0, {{"scans", 100}}, agrees});
   }
 
-  void calibrate(double scale_of_rotation) {
+  /// Of a log of detections that agrees over time.
+  Health health_that_agrees() const {
+    return run_health({graph_, estimate_, result_, dropped_, 1, {}, true});
+  }
+
+  void calibrate(double scale_of_rotation, double scale_of_translation = 1.01) {
     CalibrationEstimate odometry{"odometry",
-                                 {{"scale of translation", "", 1.01, 0.01, 1},
+                                 {{"scale of translation", "", scale_of_translation, 0.01, 1},
                                   {"scale of rotation", "", scale_of_rotation, 0.01}}};
     for (auto& entry : odometry.entries) entry.observed = true;
     result_.calibration = {odometry};

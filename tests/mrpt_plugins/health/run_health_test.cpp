@@ -196,6 +196,21 @@ TEST(RunHealth, AScaleThatNoOdometryHas) {
   }
 }
 
+// Ranges or odometry may be off: a map that agrees over time may have the wrong size.
+TEST(RunHealth, AScaleBesideRangesIsNoBetterThanAWheelIs) {
+  const char* name = "scale of translation of odometry";
+  for (const auto& [scale, alone, agreeing] :
+       {std::tuple{0.97, HealthVerdict::kGood, HealthVerdict::kGood},
+        std::tuple{0.93, HealthVerdict::kDoubtful, HealthVerdict::kDoubtful},
+        std::tuple{1.2, HealthVerdict::kBad, HealthVerdict::kDoubtful},
+        std::tuple{3.28, HealthVerdict::kBad, HealthVerdict::kBad}}) {
+    Walk walk({});
+    walk.calibrate(1, scale);
+    EXPECT_EQ(verdict_of(walk.health(), name), alone) << scale;
+    EXPECT_EQ(verdict_of(walk.health_that_agrees(), name), agreeing) << scale;
+  }
+}
+
 TEST(RunHealth, AClockThatIsLate) {
   Stated s;
   s.late = 1;

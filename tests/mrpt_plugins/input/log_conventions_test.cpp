@@ -192,6 +192,21 @@ TEST(LogConventions, WhereOdometryIsMissingWhileTheRobotMovesItIsNotAStraightLin
   EXPECT_EQ(reader.warnings().at(OdometryGap::kMissing), 1U);
 }
 
+// Actions tell the motion; a few readings tell where the robot was between frames.
+TEST(LogConventions, ReadingsBesideActionsMayBeFew) {
+  const TemporaryFile log("few_readings.rawlog");
+  Objects objects;
+  for (int i = 0; i < 100; ++i) {
+    if (i % 40 < 15) objects.push_back(absolute_odometry(i - 0.5, {0.5 * i - 0.25, 0, 0}));
+    objects.push_back(motion_2d({0.5, 0, 0}, 0.1));
+    objects.push_back(frame({observation(i)}));
+  }
+  write_log(log.path(), objects);
+  RawlogReader reader(log.path());
+  EXPECT_EQ(steps_without_odometry(reader), 0U);
+  EXPECT_EQ(reader.warnings().count(OdometryGap::kMissing), 0U);
+}
+
 TEST(OdometryGap, IsWhereTheRobotMovedForLongerThanUsual) {
   const auto count = [](const std::vector<std::pair<double, double>>& poses) {
     OdometryGap gap;
