@@ -46,6 +46,7 @@ struct Agreement {
     double time = 0;  ///< when it began [s]
     double ratio = 0;
     std::size_t looks = 0;
+    std::size_t places = 0;  ///< that had late looks
   };
   std::vector<Stretch> stretches;  ///< in order of time; those with looks alone
 };

@@ -52,14 +52,17 @@ void LookTable::end_place() {
   for (const Look& look : looks_) {
     if (!counts_at(look.when)) continue;
     const bool is_late = look.when == LookTime::kLate;
-    for (Counts* counts : {&all_, stretch_}) {
+    for (Counts* counts : {&all_, &stretch_->counts}) {
       Count& count = (*counts)[is_late ? 1 : 0][look.bin];
       count.looks += 1;
       count.found += look.found ? 1 : 0;
     }
     has_late = has_late || is_late;
   }
-  if (has_late) ++seen_late_;
+  if (has_late) {
+    ++seen_late_;
+    ++stretch_->places;
+  }
   looks_.clear();
 }
 
@@ -87,7 +90,8 @@ LookTable::Shares LookTable::compare(const Counts& soon, const Counts& late,
 /// Standard deviation of the ratio by leaving out each stretch in turn.
 double LookTable::jackknife() const {
   std::vector<double> ratios;
-  for (const auto& [number, counts] : stretches_) {
+  for (const auto& [number, stretch] : stretches_) {
+    const Counts& counts = stretch.counts;
     Counts rest = all_;
     for (std::size_t late = 0; late < rest.size(); ++late) {
       for (std::size_t i = 0; i < rest[late].size(); ++i) {
@@ -117,11 +121,11 @@ Agreement LookTable::conclude() {
   out.sigma = jackknife();
   out.looks = static_cast<std::size_t>(all.looks);
   out.judged = static_cast<double>(seen_late_) / static_cast<double>(places_);
-  for (const auto& [number, counts] : stretches_) {
-    const Shares own = compare(all_, counts, counts);
+  for (const auto& [number, stretch] : stretches_) {
+    const Shares own = compare(all_, stretch.counts, stretch.counts);
     if (own.looks <= 0) continue;
     out.stretches.push_back({begin_ + kLeftOut * static_cast<double>(number), own.ratio(),
-                             static_cast<std::size_t>(own.looks)});
+                             static_cast<std::size_t>(own.looks), stretch.places});
   }
   return out;
 }

@@ -29,6 +29,21 @@ HealthEntry empty_entry(const char* name) {
   return entry;
 }
 
+/// Of what was measured in a stretch of the log, at so many places, a right path finds at least
+/// this much again late. One that is wrong for a minute loses a small part of all looks.
+constexpr double kDip = 0.5;
+constexpr std::size_t kPlacesOfDip = 5;
+
+/// The stretch in which the least is found again, if that is less than a right path finds.
+const Agreement::Stretch* find_dip(const Agreement& found) {
+  const Agreement::Stretch* worst = nullptr;
+  for (const Agreement::Stretch& stretch : found.stretches) {
+    if (stretch.places < kPlacesOfDip || stretch.ratio >= kDip) continue;
+    if (worst == nullptr || stretch.ratio < worst->ratio) worst = &stretch;
+  }
+  return worst;
+}
+
 /// How the late share compares with the soon one.
 std::string comparison(const Agreement& found) {
   const bool holds = found.soon >= Agreement::kLeastSoon;
@@ -36,8 +51,10 @@ std::string comparison(const Agreement& found) {
                      holds ? "it" : "the 10 % that a path has which is right for seconds");
 }
 
-/// When the stretch of the log began that has the most looks that did not agree [s].
+/// When the stretch of the log began where the path is the least right: a dip, or that with the
+/// most looks that did not agree [s].
 double begin_of_worst(const Agreement& found) {
+  if (const Agreement::Stretch* dip = find_dip(found); dip != nullptr) return dip->time;
   const auto lost = [](const Agreement::Stretch& s) { return double(s.looks) * (1 - s.ratio); };
   return std::max_element(found.stretches.begin(), found.stretches.end(),
                           [&](const auto& a, const auto& b) { return lost(a) < lost(b); })
@@ -69,6 +86,14 @@ HealthEntry entry_of(const std::string& what, const Agreement& found) {
       "and {:.0f} % of what had been measured seconds apart: {}",
       what, 100 * found.late, found.far_from, 100 * found.soon, comparison(found));
   if (entry.verdict == HealthVerdict::kNotJudged) entry.sentence += " That is too unsure.";
+  if (const Agreement::Stretch* dip = find_dip(found); dip != nullptr) {
+    if (entry.verdict == HealthVerdict::kGood) entry.verdict = HealthVerdict::kDoubtful;
+    entry.sentence += fmt::format(
+        " Of {} places that were measured in the 20 s after second {:.0f} only {:.2f} times as "
+        "much "
+        "was found again.",
+        dip->places, dip->time - found.stretches.front().time, dip->ratio);
+  }
   if (entry.verdict > HealthVerdict::kGood) {
     entry.knob = fmt::format(
         "the path, which is the least right {:.0f} s after its first such stretch began; other "

@@ -40,6 +40,10 @@ class LookTable {
     double looks = 0, found = 0;
   };
   using Counts = std::array<std::array<Count, kRanges * kTurns>, 2>;  // soon, late
+  struct Stretch {
+    Counts counts{};
+    std::size_t places = 0;  // with late looks
+  };
   struct Shares {
     double soon = 0, late = 0, looks = 0;
     double ratio() const;
@@ -58,8 +62,8 @@ class LookTable {
 
   double begin_, reach_;
   Counts all_{};
-  std::map<long, Counts> stretches_;
-  Counts* stretch_ = nullptr;
+  std::map<long, Stretch> stretches_;
+  Stretch* stretch_ = nullptr;
   bool is_known_ = false;    // the present place stands still
   std::vector<Look> looks_;  // of the present place
   std::size_t places_ = 0, seen_late_ = 0;

@@ -71,6 +71,21 @@ TEST(AgreementHealth, HasAnEntryForDetectionsAndOneForScans) {
   EXPECT_EQ(both[1].value, 0.5);
 }
 
+// A path that is wrong for a minute brings few of all looks astray.
+TEST(AgreementHealth, IsDoubtfulWhereAStretchAgreesWithNothing) {
+  for (const auto& [ratio, places, verdict] :
+       {std::tuple{0.1, 9U, HealthVerdict::kDoubtful}, std::tuple{0.7, 9U, HealthVerdict::kGood},
+        std::tuple{0.1, 2U, HealthVerdict::kGood}}) {
+    Agreement found = agreement(1, 0.02);
+    found.stretches[1] = {120, ratio, 40, places};
+    const HealthEntry entry = agreement_health(found, {}).front();
+    EXPECT_EQ(entry.verdict, verdict) << ratio << " " << places;
+    EXPECT_EQ(entry.knob.find("20 s after") != std::string::npos,
+              verdict == HealthVerdict::kDoubtful)
+        << entry.knob;
+  }
+}
+
 TEST(AgreementHealth, TellsWhenTheMostDoesNotAgree) {
   const HealthEntry entry = agreement_health(agreement(0.5, 0.1), {}).front();
   EXPECT_NE(entry.knob.find("20 s after"), std::string::npos) << entry.knob;
