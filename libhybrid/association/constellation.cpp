@@ -20,8 +20,9 @@
 namespace hybrid {
 namespace {
 
-constexpr int kMaxSteps = 10;    // of Gauss-Newton
-constexpr double kSmall = 1e-6;  // step at which it ends
+constexpr int kMaxSteps = 10;            // of Gauss-Newton
+constexpr double kSmall = 1e-6;          // step at which it ends
+constexpr double kAboveGate = 1 + 1e-9;  // for rounding
 
 template <class Pose>
 class PlaceSearch {
@@ -79,6 +80,25 @@ class PlaceSearch {
     out.R = q_.a.covariances[pair.first] + R * q_.b.covariances[pair.second] * R.transpose();
     out.J.template leftCols<kDim>() = R;
     out.J.template rightCols<Pose::kDim - kDim>() = -R * rotation_derivative(b);
+    return out;
+  }
+
+  /// A landmark of b in the frame of a, its noise there, and what it owes to that of T.
+  struct Seen {
+    Point point;
+    Matrix noise, by_T;
+  };
+
+  std::vector<Seen> seen_from(const Pose& T, const Jacobian& covariance) const {
+    std::vector<Seen> out;
+    const Matrix R = T.rotation().matrix();
+    Eigen::Matrix<double, kDim, Pose::kDim> J;
+    J.template leftCols<kDim>() = R;
+    for (std::size_t j = 0; j < q_.b.points.size(); ++j) {
+      J.template rightCols<Pose::kDim - kDim>() = -R * rotation_derivative(q_.b.points[j]);
+      out.push_back({T * q_.b.points[j], R * q_.b.covariances[j] * R.transpose(),
+                     J * covariance * J.transpose()});
+    }
     return out;
   }
 
@@ -168,16 +188,19 @@ class PlaceSearch {
   /// All pairs under `T`, one to one, where a match beats two landmarks of their own.
   std::vector<Pair> match(const Fit& fit) const {
     const Jacobian covariance = fit.information.inverse();
+    const std::vector<Seen> there = seen_from(fit.T, covariance);
     struct Candidate {
       int i, j;
       double cost;
     };
     std::vector<Candidate> candidates;
     for (const auto& [i, j] : pairs_) {
-      const Residual d = residual(fit.T, {i, j});
-      const Matrix S = d.R + d.J * covariance * d.J.transpose();
+      const Point r = there[j].point - q_.a.points[i];
+      const Matrix S = q_.a.covariances[i] + there[j].noise + there[j].by_T;
+      // No eigenvalue of S is above its trace.
+      if (r.squaredNorm() > kAboveGate * gate_ * S.trace()) continue;
       const Eigen::LLT<Matrix> llt(S);
-      const double chi_square = d.r.dot(llt.solve(d.r));
+      const double chi_square = r.dot(llt.solve(r));
       if (chi_square > gate_) continue;
       const double cost = 0.5 * chi_square + 0.5 * std::log(S.determinant()) +
                           0.5 * kDim * std::log(2 * M_PI) + gain(i, j);

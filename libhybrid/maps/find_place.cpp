@@ -23,6 +23,7 @@ namespace {
 constexpr std::size_t kMostSeeds = 12;  // that are matched and weighed
 constexpr int kHypotheses = 100;        // pairs of pairs of each that are followed up
 constexpr int kPieces = 20;             // of a map, by which chance is measured
+constexpr std::size_t kCover = 4;       // of them that a landmark is in: large ones are much alike
 constexpr double kPairGate = 0.9999;    // chi-square probability
 
 template <class Pose>
@@ -241,7 +242,9 @@ double PlaceSearch::chance_of_pieces(const PlaceQuestion<Pose>& question) {
   const std::size_t size = std::min(question.here.points.size(), question.map->points().size());
   const auto [known, is_new] = chance_of_pieces_.try_emplace(size, 0.0);
   if (!is_new) return known->second;
-  const int n = static_cast<int>(question.map->points().size()), pieces = std::min(n, kPieces);
+  const int n = static_cast<int>(question.map->points().size());
+  const int covering = static_cast<int>(kCover * question.map->points().size() / size);
+  const int pieces = std::min({n, kPieces, covering});
   const FoundPlace<Pose> itself;
   for (int k = 0; k < pieces; ++k) {
     const double reached = chance(piece_about(question, k * n / pieces, size), &itself);

@@ -4,9 +4,11 @@
 #include "mrpt_plugins/job/detail/run_summary.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <map>
 
+#include "libhybrid/core/infinity.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
@@ -128,11 +130,40 @@ double length_of(const MapResult& result) {
   return sum;
 }
 
+/// How messages name a robot, with a blank; "" where there is but one.
+std::string prefix_of(const RobotSettings& robot) {
+  return robot.name.empty() ? "" : robot.name + " ";
+}
+
+/// What was found of the logs before they were mapped, and is not used in this map.
+void judge_contradictions(const ReplaySettings& settings, Health& health) {
+  std::vector<std::string> sensors;
+  for (const RobotSettings& robot : settings.robots) {
+    for (const AlignmentRecord& record : robot.findings.alignment) {
+      const auto used = robot.source.correction.sensors.find(record.sensor);
+      if (used != robot.source.correction.sensors.end()) continue;
+      sensors.push_back(fmt::format(
+          "{}{}: {}", prefix_of(robot), record.sensor,
+          record.length != 1
+              ? fmt::format("ranges fit when multiplied by {:.4g}", record.length)
+              : fmt::format("bearings fit with the other sign, by {:.0f} standard deviations",
+                            record.mirror_sigmas)));
+    }
+  }
+  if (sensors.empty()) return;
+  health.push_back(
+      judged_entry("sensors against odometry", static_cast<double>(sensors.size()), {0, kInfinity},
+                   fmt::format("Sensors that the odometry of their robot contradicts: {}.",
+                               fmt::join(sensors, "; ")),
+                   "sign and unit of the detections, and sign of the odometry, of this robot"));
+  health.back().is_optional = true;  // a map of what was measured lacks it
+}
+
 }  // namespace
 
 void tell_findings(const ReplaySettings& settings, Summary& summary) {
   for (const RobotSettings& robot : settings.robots) {
-    const std::string name = robot.name.empty() ? "" : robot.name + " ";
+    const std::string name = prefix_of(robot);
     for (NoiseRecord record : robot.findings.noise) {
       record.sensor = name + record.sensor;
       summary.noise.push_back(std::move(record));
@@ -148,14 +179,15 @@ void tell_findings(const ReplaySettings& settings, Summary& summary) {
 }
 
 void judge_findings(const ReplaySettings& settings, Health& health) {
+  judge_contradictions(settings, health);
   std::string sensors;
   double count = 0;
   for (const RobotSettings& robot : settings.robots) {
     for (const NoiseRecord& record : robot.findings.noise) {
       if (!record.measured || record.why.empty()) continue;
       ++count;
-      sensors += fmt::format("{}{} {} {:.3g} {}", count > 1 ? ", " : "", record.sensor, record.kind,
-                             *record.measured, record.unit);
+      sensors += fmt::format("{}{}{} {} {:.3g} {}", count > 1 ? ", " : "", prefix_of(robot),
+                             record.sensor, record.kind, *record.measured, record.unit);
     }
   }
   if (count == 0) return;

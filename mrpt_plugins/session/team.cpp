@@ -89,15 +89,21 @@ Team::Team(const ReplayRequest& request, ReplaySettings& settings, const MapReco
 void Team::leave_out(const std::vector<std::size_t>& lost, std::vector<RobotSettings>& robots) {
   if (lost.empty()) return;
   std::vector<std::string> names;
+  std::string remarks;  // on their logs, which may be why
   for (auto i = lost.rbegin(); i != lost.rend(); ++i) {
     const auto at = static_cast<std::ptrdiff_t>(*i);
     names.insert(names.begin(), robots[*i].name);
+    for (const std::string& remark : robots[*i].findings.remarks) {
+      remarks += "; robot " + robots[*i].name + " " + remark;
+    }
     robots.erase(robots.begin() + at);
     members_.erase(members_.begin() + at);
   }
   message_ = fmt::format(
-      "left out {}: no place in the map of the others stands out; give its start in [robot.NAME]",
-      fmt::join(names, ", "));
+                 "left out {}: no place in the map of the others stands out; give its start in "
+                 "[robot.NAME]",
+                 fmt::join(names, ", ")) +
+             remarks;
 }
 
 void Team::added(std::size_t robot, Mapper& mapper) {

@@ -268,6 +268,10 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
     LogContents own = read_contents(robot.rawlog, robot.source, watcher);
     robot.source.steps = own.steps;
     if (surveyed) robot.findings = measured ? survey.conclude() : survey.conclude_ids();
+    // Among others, a robot whose sign or unit is wrong does not make the map bad.
+    if (surveyed && !measured && settings.robots.size() > 1) {
+      robot.findings.alignment = survey.contradictions();
+    }
     lasers.conclude(robot.findings);
     robot.findings.fixes = fixes.release();
     const double stated = robot.source.correction.translation;

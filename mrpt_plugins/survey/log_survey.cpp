@@ -377,6 +377,16 @@ LogFindings LogSurvey::conclude_ids() const {
   return out;
 }
 
+std::vector<AlignmentRecord> LogSurvey::contradictions() const {
+  std::vector<AlignmentRecord> out;
+  for (const auto& [label, sensor] : sensors_) {
+    if (!aligns_ || sensor.frames.empty()) continue;
+    AlignmentRecord record = align(label, sensor);
+    if (record.mirrored || record.length != 1) out.push_back(std::move(record));
+  }
+  return out;
+}
+
 LogFindings survey_log(const std::string& rawlog, const SourceOptions& options, bool aligns) {
   LogSurvey survey(options, aligns);
   read_contents(rawlog, options,

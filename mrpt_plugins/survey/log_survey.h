@@ -30,6 +30,8 @@ class LogSurvey {
   LogFindings conclude() const;
   /// The same of ids alone: all that is used of a log that is taken at its word.
   LogFindings conclude_ids() const;
+  /// The sensors whose sign or unit is not as stated; nothing is corrected.
+  std::vector<AlignmentRecord> contradictions() const;
 
  private:
   struct Sensor {

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/session/session.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Adds warnings to a summary.
 void warn(Summary& summary, const std::vector<std::string>& more);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/job/detail/run_summary.h"
 #include "tests/support/scratch_folder.h"
 
 namespace hybrid {
@@ -46,6 +47,29 @@ class Replay : public ScratchFolder {
     return "";
   }
 };
+
+TEST(Findings, NameTheRobotWhoseOdometryContradictsItsSensor) {
+  ReplaySettings settings;
+  settings.robots.resize(2);
+  settings.robots[0].name = "anna";
+  settings.robots[1].name = "bert";
+  Health health;
+  judge_findings(settings, health);
+  EXPECT_TRUE(health.empty());
+  AlignmentRecord record;
+  record.sensor = "camera";
+  record.mirrored = true;
+  settings.robots[1].findings.alignment = {record};
+  judge_findings(settings, health);
+  ASSERT_EQ(health.size(), 1U);
+  EXPECT_EQ(worst(health), HealthVerdict::kDoubtful);  // so that another map is made
+  EXPECT_NE(health[0].sentence.find("bert camera: bearings"), std::string::npos);
+  // A map that has it corrected is not doubted for that.
+  settings.robots[1].source.correction.sensors["camera"].mirrored = true;
+  health.clear();
+  judge_findings(settings, health);
+  EXPECT_TRUE(health.empty());
+}
 
 TEST_F(Replay, JudgesWhetherWhatWasMeasuredFarApartInTimeAgrees) {
   ReplayRequest asked = request();

@@ -29,8 +29,9 @@ DetectionFrame frame_of(const MovedSightings& moved) {
   return out;
 }
 
-LogFindings survey(const DrivenWorld& world, const SourceOptions& options = {},
-                   LogFindings (LogSurvey::*conclude)() const = &LogSurvey::conclude) {
+template <class Found = LogFindings>
+Found survey(const DrivenWorld& world, const SourceOptions& options = {},
+             Found (LogSurvey::*conclude)() const = &LogSurvey::conclude) {
   const DrivenLog log = drive(world);
   LogSurvey survey(options);
   for (std::size_t i = 0; i < log.frames.size(); ++i) {
@@ -82,6 +83,16 @@ TEST(LogSurvey, ASigmaOfTheOptionsGoesFirst) {
   EXPECT_NEAR(record(found, "range").used, 0.5, 1e-9);
   EXPECT_FALSE(found.correction.sensors.at("CAMERA").range);
   EXPECT_NE(found.remarks.front().find("stated is used"), std::string::npos);
+}
+
+TEST(LogSurvey, TellsASignOrUnitThatIsNotAsStatedWithoutUsingIt) {
+  DrivenWorld world;
+  EXPECT_TRUE(survey(world, {}, &LogSurvey::contradictions).empty());
+  world.mirrored = -1;
+  const std::vector<AlignmentRecord> found = survey(world, {}, &LogSurvey::contradictions);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().sensor, "CAMERA");
+  EXPECT_TRUE(found.front().mirrored);
 }
 
 TEST(LogSurvey, MirroredBearingsAreTurnedBack) {
