@@ -7,21 +7,35 @@ definitions that the bag itself holds.
 """
 
 import contextlib
+import filecmp
+import functools
 import os
 import pathlib
 import re
-import shutil
+import signal
+import stat
 import struct
+import sys
+import tempfile
 
 MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15
-MOST_CHUNK = 1 << 28  # bytes; writers make chunks of some MB
+MOST_CHUNK = 100_000_000  # bytes, of other records too; writers make chunks of some MB
+MOST_PACKED = 1000  # times as many bytes as a file has may be in its chunks, and one chunk more
+MOST_NAME = 512  # bytes; ROS has names of up to 255
+MOST_TOPICS = 1 << 16
+MOST_DEFINITIONS = 1 << 23  # bytes, of all in a file; 100 types have about 1 MB
+MOST_VALUES = 1 << 20  # of a message: numbers, fields and bytes of texts, bytes that stay bytes not counted
 # What a message or a definition that is damaged, or not as ROS has it, leads to.
 DAMAGE = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
 
 
 class BagError(Exception):
     """What is wrong with a bag, for the user."""
+
+
+class FileError(BagError):
+    """The same, with the name of the file."""
 
 
 class Bytes:
@@ -39,8 +53,11 @@ class Bytes:
     def number(self, code):
         return struct.unpack("<" + code, self.take(struct.calcsize(code)))[0]
 
-    def text(self):
-        return bytes(self.take(self.number("I"))).decode("utf-8", "replace")
+    def text(self, most=MOST_NAME):
+        size = self.number("I")
+        if size > most:
+            raise BagError(f"a text of {size} bytes is longer than {most}")
+        return bytes(self.take(size)).decode("utf-8", "replace")
 
 
 # --- Containers: records of a file, those inside of chunks included.
@@ -57,8 +74,7 @@ def unpacked(compression, data, size):
     except ImportError:
         package = packages[compression].split(".", maxsplit=1)[0]
         raise BagError(f"chunks are compressed with {compression}: install python3-{package}") from None
-    if size > MOST_CHUNK:
-        raise BagError(f"a chunk is damaged: it is said to have {size} bytes")
+    check_size(size)
     try:
         if compression == "zstd":
             content = module.ZstdDecompressor().stream_reader(bytes(data)).read(size)
@@ -71,33 +87,45 @@ def unpacked(compression, data, size):
     return content
 
 
+def check_size(size):
+    if size > MOST_CHUNK:
+        raise BagError(f"damaged: a record or a chunk is said to have {size} bytes, more than {MOST_CHUNK}")
+
+
 def records_of(file):
-    """(operation code, content) of each record of a file or of a chunk. Returns whether a file was whole."""
+    """(operation code, content) of the records of a file or of a chunk that tell something. Returns whether a file was
+    whole."""
     while True:
         head = file.read(9)
         if len(head) < 9:
             return False
         code, size = struct.unpack("<BQ", head)
-        content = file.read(size) if size <= file.left() else b""
-        if len(content) < size or code == DATA_END:
+        if size > file.left() or code == DATA_END:
             return code == DATA_END
+        if code not in file.KINDS:
+            file.skip(size)
+            continue
+        check_size(size)
+        content = file.read(size)
         if code == CHUNK:
-            chunk = Bytes(content)
-            chunk.take(16)
-            size, _, compression = chunk.number("Q"), chunk.number("I"), chunk.text()
-            yield from records_of(View(unpacked(compression, chunk.take(chunk.number("Q")), size)))
+            yield from records_of(file.chunk(Bytes(content)))
         else:
             yield code, content
 
 
 class View:
-    """Bytes as a file."""
+    """A chunk as a file."""
+
+    KINDS = (SCHEMA, CHANNEL, MESSAGE)
 
     def __init__(self, data):
         self.data, self.at = memoryview(data), 0
 
     def left(self):
         return len(self.data) - self.at
+
+    def skip(self, count):
+        self.at += count
 
     def read(self, count):
         self.at += count
@@ -107,11 +135,26 @@ class View:
 class File:
     """A file of known size."""
 
+    KINDS = (SCHEMA, CHANNEL, MESSAGE, CHUNK)
+
     def __init__(self, file):
-        self.read, self.tell, self.size = file.read, file.tell, os.fstat(file.fileno()).st_size
+        self.file, self.read, self.size = file, file.read, os.fstat(file.fileno()).st_size
+        self.room = MOST_PACKED * self.size + MOST_CHUNK
 
     def left(self):
-        return self.size - self.tell()
+        return self.size - self.file.tell()
+
+    def skip(self, count):
+        self.file.seek(count, os.SEEK_CUR)
+
+    def chunk(self, record):
+        """What is in a chunk."""
+        record.take(16)
+        size, _, compression = record.number("Q"), record.number("I"), record.text()
+        self.room -= size
+        if self.room < 0:
+            raise BagError(f"damaged: its chunks have more than {MOST_PACKED} times its size")
+        return View(unpacked(compression, record.take(record.number("Q")), size))
 
 
 # --- Messages: what a definition in ROS's own form says, in CDR.
@@ -162,7 +205,14 @@ class Decoder:
         if len(data) < 4 or data[1] not in (0, 1):
             raise BagError(f"{self.name}: a message is not in plain CDR")
         self.order, self.data, self.at = "<" if data[1] == 1 else ">", memoryview(data)[4:], 0
+        self.room = min(1000 + 64 * len(data), MOST_VALUES)
         return self.struct(self.short(self.name), "")
+
+    def spend(self, count):
+        """Few bytes, or none, may stand for many values."""
+        self.room -= count
+        if self.room < 0:
+            raise BagError(f"{self.name}: a message has too many values for its size, or more than {MOST_VALUES}")
 
     def number(self, code):
         return self.numbers(code, 1)[0]
@@ -175,12 +225,16 @@ class Decoder:
             raise BagError(f"{self.name}: a message ends early")
         self.at = start + count * size
         found = self.data[start:self.at]
-        return found if code == "B" else struct.unpack(f"{self.order}{count}{code}", found)
+        if code == "B":
+            return found
+        self.spend(count)
+        return struct.unpack(f"{self.order}{count}{code}", found)
 
     def string(self):
         size = self.number("I")
         if size > len(self.data) - self.at:
             raise BagError(f"{self.name}: a message ends early")
+        self.spend(size)
         self.at += size
         return bytes(self.data[self.at - size:self.at]).rstrip(b"\0").decode("utf-8", "replace")
 
@@ -192,6 +246,7 @@ class Decoder:
     def struct(self, kind, package):
         kind, fields = self.fields(kind, package)
         package = kind.split("/", maxsplit=1)[0]
+        self.spend(1 + len(fields))
         out = {}
         for field, array, name in fields:
             if array is None:
@@ -210,13 +265,18 @@ class Decoder:
 # --- Bags: the messages of the topics that are asked for.
 
 def files_of(paths):
+    files = []
     for path in map(pathlib.Path, paths):
-        yield from sorted(path.glob("*.mcap"), key=numeric) if path.is_dir() else [path]
+        found = sorted(path.glob("*.mcap"), key=numeric) if path.is_dir() else [path]
+        if not found:
+            raise FileError(f"{path}: no MCAP file is there")
+        files += found
+    return files
 
 
 def numeric(path):
     """For sorting: run_10 comes behind run_2."""
-    return [int(part) if part.isdigit() else part for part in re.split(r"([0-9]+)", path.name)]
+    return [int(part) if k % 2 else part for k, part in enumerate(re.split(r"([0-9]+)", path.name))]
 
 
 def topics_of(files):
@@ -224,7 +284,7 @@ def topics_of(files):
     topics = {}
     for path in files:
         schemas = {}
-        for code, content in bag_records(path, print):
+        for code, content in bag_records(path, say):
             with named(path):
                 record = Bytes(content)
                 if code == SCHEMA:
@@ -234,6 +294,8 @@ def topics_of(files):
                     record.take(2)
                     schema = record.number("H")
                     topics[record.text()] = schemas.get(schema, "")
+                    if len(topics) > MOST_TOPICS:
+                        raise BagError(f"damaged: it has more than {MOST_TOPICS} topics")
     return topics
 
 
@@ -252,18 +314,30 @@ def chosen_topic(topics, kinds, given):
     raise BagError(f"{why}; the bag has {listed}")
 
 
+def without_waiting(path, flags):
+    """For open(): a pipe has no writer yet, or never."""
+    return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
+
+
+def check_regular(mode):
+    if not stat.S_ISREG(mode):
+        kind = "folder" if stat.S_ISDIR(mode) else "pipe" if stat.S_ISFIFO(mode) else "device"
+        raise BagError(f"is a {kind}, not a regular file")
+
+
 def bag_records(path, tell=lambda text: None):
     """The records of a bag; what is wrong names it."""
     try:
-        with open(path, "rb") as file:
+        with open(path, "rb", opener=without_waiting) as file:
+            check_regular(os.fstat(file.fileno()).st_mode)
             if file.read(len(MAGIC)) != MAGIC:
                 raise BagError("is not an MCAP file; `ros2 bag convert` makes one of other bags")
             if not (yield from records_of(File(file))):
                 tell(f"{path}: ends early; what came before is used")
     except OSError as error:
-        raise BagError(f"{path}: {error.strerror}") from None
+        raise FileError(f"{path}: {error.strerror}") from None
     except BagError as error:
-        raise BagError(f"{path}: {error}") from None
+        raise FileError(f"{path}: {error}") from None
 
 
 @contextlib.contextmanager
@@ -272,20 +346,20 @@ def named(path):
     try:
         yield
     except BagError as error:
-        raise BagError(f"{path}: {error}") from None
+        raise FileError(f"{path}: {error}") from None
     except DAMAGE as error:
-        raise BagError(f"{path}: damaged, or not as ROS defines it: {type(error).__name__} {error}") from None
+        raise FileError(f"{path}: damaged, or not as ROS defines it: {type(error).__name__} {error}") from None
 
 
 def messages_of(files, topic, drop=None):
     """The messages of a topic, in the order of the files. `drop` is told what is wrong with one, which else ends it."""
     for path in files:
-        schemas, channels = {}, {}
+        reader = Reader(topic)
         for code, content in bag_records(path):
             message = None
             try:
                 with named(path):
-                    message = message_in(code, Bytes(content), topic, schemas, channels)
+                    message = reader.message_in(code, Bytes(content))
             except BagError as error:
                 if drop is None or code != MESSAGE:
                     raise
@@ -294,64 +368,115 @@ def messages_of(files, topic, drop=None):
                 yield message
 
 
-def message_in(code, record, topic, schemas, channels):
-    """The message that a record is; None of others, which tell what messages are."""
-    if code == SCHEMA:
-        number, name, encoding = record.number("H"), record.text(), record.text()
-        schemas[number] = (name, encoding, bytes(record.take(record.number("I"))).decode("utf-8", "replace"))
-    elif code == CHANNEL:
-        number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
-        if name != topic:
-            return None
-        if encoding != "cdr" or schema not in schemas:
-            raise BagError(f"{topic} is encoded as '{encoding}', where cdr with a definition is read")
-        channels[number] = Decoder(*schemas[schema])
-    elif code == MESSAGE:
+@functools.lru_cache(maxsize=16)
+def decoder_of(name, encoding, text):
+    """Each chunk may say again what messages are."""
+    return Decoder(name, encoding, text)
+
+
+class Reader:
+    """Reads the messages of a topic in the records of a file."""
+
+    def __init__(self, topic):
+        self.topic, self.schemas, self.channels, self.room = topic, {}, {}, MOST_DEFINITIONS
+
+    def message_in(self, code, record):
+        """The message that a record is; None of others, which tell what messages are."""
+        if code == SCHEMA:
+            self.add_schema(record)
+        elif code == CHANNEL:
+            self.add_channel(record)
+        elif code == MESSAGE:
+            number = record.number("H")
+            if number in self.channels:
+                record.take(20)
+                return self.channels[number].decode(record.data[record.at:])
+        return None
+
+    def add_schema(self, record):
         number = record.number("H")
-        if number in channels:
-            record.take(20)
-            return channels[number].decode(record.data[record.at:])
-    return None
+        if number not in self.schemas:
+            self.schemas[number] = (record.text(), record.text(), record.text(self.room))
+            self.room -= len(self.schemas[number][2])
+
+    def add_channel(self, record):
+        number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
+        if name != self.topic:
+            return
+        if encoding != "cdr" or schema not in self.schemas:
+            raise BagError(f"{name} is encoded as '{encoding}', where cdr with a definition is read")
+        self.channels[number] = decoder_of(*self.schemas[schema])
 
 
 # --- Files that are written.
 
-@contextlib.contextmanager
-def written(path):
-    """A text file that appears once it is complete; a failure leaves what was there."""
-    part = f"{path}.part"
+def check_target(path, inputs):
+    """What is written takes the place of a regular file, and not of a bag."""
+    if path.exists():
+        with named(f"cannot write {path}"):
+            check_regular(path.stat().st_mode)
+            if any(bag.exists() and path.samefile(bag) for bag in inputs):
+                raise BagError("is the bag that is read")
+
+
+def free_name(path):
+    aside, k = f"{path}~", 2
+    while os.path.lexists(aside):
+        aside, k = f"{path}~{k}", k + 1
+    return aside
+
+
+def is_same(file, other):
+    return other.exists() and filecmp.cmp(file, other, shallow=False)
+
+
+def publish(part, folder, are_kept):
+    """Moves files from one folder to another, all or none. Others that were there get new names if they are kept, which
+    the lines that are returned tell."""
+    moved, lines = [], []
     try:
-        with open(part, "w+", encoding="utf-8", newline="") as file:
-            yield file
-        os.replace(part, path)
+        for file in sorted(part.iterdir()):
+            target = folder / file.name
+            if are_kept and os.path.lexists(target) and not is_same(file, target):
+                aside = free_name(target)
+                os.rename(target, aside)
+                moved.append((target, aside))
+                lines.append(f"{target} was there before; it is now {aside}")
+            os.replace(file, target)
+            moved.append((file, target))
+    except BaseException:
+        for before, now in reversed(moved):
+            os.replace(now, before)
+        raise
+    return lines
+
+
+@contextlib.contextmanager
+def staged(shown, folder, others, names=(), inputs=()):
+    """A hidden folder whose files, of these names, appear in `folder` once all are complete; a failure leaves what was
+    there. `others` that are there are "kept" under new names, "replaced" or "refused". Messages name what is shown."""
+    made, lines = [], []
+    try:
+        if not str(shown):
+            raise FileError("cannot write: the name is empty")
+        if others == "refused" and folder.exists() and next(folder.iterdir(), None):
+            raise FileError(f"{shown} is not empty: name a folder that is empty or new")
+        for name in names:
+            check_target(folder / name, inputs)
+        made = [path for path in (folder, *folder.parents) if not path.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".", dir=folder, ignore_cleanup_errors=True) as part:
+            yield pathlib.Path(part)
+            lines = publish(pathlib.Path(part), folder, others == "kept")
+        made = []
     except OSError as error:
-        raise BagError(f"cannot write {path}: {error.strerror}") from None
+        raise FileError(f"cannot write {shown}: {error.strerror}") from None
     finally:
-        with contextlib.suppress(OSError):
-            os.remove(part)
-
-
-@contextlib.contextmanager
-def filled(path):
-    """A folder whose files appear once all are complete; one that has files is refused, and a failure leaves what was there."""
-    path, part = pathlib.Path(path), pathlib.Path(path) / ".part"
-    try:
-        is_new = not path.exists()
-        if not is_new and next(path.iterdir(), None):
-            raise BagError(f"{path} is not empty: name a folder that is empty or new")
-        try:
-            part.mkdir(parents=True)
-            yield part
-            for file in list(part.iterdir()):
-                os.replace(file, path / file.name)
-            is_new = False
-        finally:
-            shutil.rmtree(part, ignore_errors=True)
-            if is_new:
-                with contextlib.suppress(OSError):
-                    path.rmdir()
-    except OSError as error:
-        raise BagError(f"cannot write {path}: {error.strerror}") from None
+        for path in made:
+            with contextlib.suppress(OSError):
+                path.rmdir()
+    for line in lines:
+        say(line)
 
 
 def in_a_line(text):
@@ -359,13 +484,29 @@ def in_a_line(text):
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
+def say(text):
+    """Prints a line. An output that is full, or whose reader has gone, loses it, and no more."""
+    try:
+        print(in_a_line(text), flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def told(program, convert, options):
-    """Runs a conversion; what is wrong is told in one line."""
+    """Runs a conversion; what is wrong is told in one line. Signals end it with nothing written."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    bags = " ".join(options.bag)
     try:
         convert(options)
         return 0
-    except BagError as error:
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+    except FileError as error:
         what = str(error)
+    except BagError as error:
+        what = f"{bags}: {error}"
+    except OSError as error:
+        what = f"{error.filename or bags}: {error.strerror}"
     except DAMAGE as error:
-        what = f"{' '.join(options.bag)}: messages are damaged, or not as ROS defines them: {type(error).__name__} {error}"
+        what = f"{bags}: messages are damaged, or not as ROS defines them: {type(error).__name__} {error}"
     return f"{program}: {in_a_line(what)}"

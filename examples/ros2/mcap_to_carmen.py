@@ -9,16 +9,21 @@ it; without it the laser is taken to be in the middle of the robot.
 """
 
 import bisect
+import collections
 import math
+import pathlib
 import sys
 import tempfile
 
-from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, told, topics_of, written
-from mcap_to_csv import POSES, angles_of, odometry_of, parser_of, sensor_pose, tell_dropped, time_of
+from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, say, staged, told, topics_of
+from mcap_to_csv import POSES, angles_of, odometry_of, parser_of, product, sensor_pose, tell_dropped, time_of
 
 SCAN = "sensor_msgs/msg/LaserScan"
 LEVEL = math.radians(5)  # a laser that is tilted more does not see the plane
 LARGEST = 1e6  # a laser that reaches farther [m] is said to have no limit
+WIDEST = 4 * math.pi  # angles beyond [rad] are none
+LONG = 10  # times as far apart as usual, poses are missing; what is usual is known after as many
+OUTSIDE, MISSING = "no odometry before or after them", "odometry is missing there for over ten times its usual period"
 
 
 def planar(pose):
@@ -29,15 +34,45 @@ def wrapped(angle):
     return math.atan2(math.sin(angle), math.cos(angle))
 
 
-def around(times, poses, time):
-    """The poses before and after a time, and which share of the time between them has passed; None before the first or after
-    the last pose."""
-    if not times[0] <= time <= times[-1]:
-        return None
-    k = bisect.bisect_left(times, time)
-    if times[k] == time:
-        return poses[k], poses[k], 0.0
-    return poses[k - 1], poses[k], (time - times[k - 1]) / (times[k] - times[k - 1])
+def motion_between(first, second):
+    """Way and turn between two poses."""
+    (p, (x, y, z, w)), (t, r) = first, second
+    *axis, half = product((-x, -y, -z, w), r)
+    return math.dist(p, t), 2 * math.atan2(math.hypot(*axis), abs(half))
+
+
+def gaps_in(times, poses):
+    """Before which poses others are missing while the robot moved, as hybrid-replay tells it (odometry_gap.h)."""
+    gaps, count, sums = set(), 0, [0.0] * 4
+    for k in range(1, len(times)):
+        time, (way, turn) = times[k] - times[k - 1], motion_between(poses[k - 1], poses[k])
+        usual = LONG * sums[1] / sums[0] if count >= LONG else math.inf
+        if time > usual and (way * sums[0] > usual * sums[2] or turn * sums[0] > usual * sums[3]):
+            gaps.add(k)
+        else:
+            count, sums = count + 1, [a + b for a, b in zip(sums, (time, time * time, way, turn))]
+    return gaps
+
+
+class Odometry:
+    """Poses of the robot at times that rise."""
+
+    def __init__(self, timed_poses):
+        self.times, self.poses = zip(*timed_poses)
+        self.gaps = gaps_in(self.times, self.poses)
+
+    def around(self, time):
+        """The poses before and after a time and which share of the time between them has passed, or None; and why there
+        are none."""
+        if not self.times[0] <= time <= self.times[-1]:
+            return None, OUTSIDE
+        k = bisect.bisect_left(self.times, time)
+        if self.times[k] == time:
+            return (self.poses[k], self.poses[k], 0.0), None
+        if k in self.gaps:
+            return None, MISSING
+        share = (time - self.times[k - 1]) / (self.times[k] - self.times[k - 1])
+        return (self.poses[k - 1], self.poses[k], share), None
 
 
 def interpolated(before, after, share):
@@ -82,8 +117,14 @@ def line_of(scan, robot, mount, hangs):
     return " ".join(f"{w:.9g}" if isinstance(w, float) else str(w) for w in words) + "\n"
 
 
-def is_whole(scan):
-    return all(math.isfinite(scan[name]) for name in ("angle_min", "angle_increment", "range_min"))
+def fault_of(scan):
+    """Why there is no line of a scan."""
+    rays, first, step = len(scan["ranges"]), scan["angle_min"], scan["angle_increment"]
+    if rays == 0:
+        return "they have no rays"
+    if not (abs(first) <= WIDEST and abs(step) * (rays - 1) <= WIDEST and math.isfinite(scan["range_min"])):
+        return "their angles or their least range are no numbers, or absurd"
+    return None
 
 
 class SortedLines:
@@ -108,58 +149,55 @@ def has_odometry(topics, options):
 
 
 def timed_odometry(files, topics, options):
-    """Times and poses of the robot; None of a bag without odometry."""
-    if not has_odometry(topics, options):
-        return None
-    found = odometry_of(files, topics, options)
-    if not found:
-        raise BagError("the topic of the odometry has no message")
-    return [time for time, _ in found], [pose for _, pose in found]
+    """The odometry; None of a bag without any."""
+    return Odometry(odometry_of(files, topics, options)) if has_odometry(topics, options) else None
 
 
-def spans(topic, what, first, last, times):
+def no_odometry(topic, what, first, last, times):
     """Of which times scans or clouds, and odometry are."""
     return (f"{topic} has no {what} with odometry around it: {what}s are of {first:.3f} to {last:.3f} s, odometry of "
             f"{times[0]:.3f} to {times[-1]:.3f} s; both need one clock")
 
 
+def lines_of(scans, lines, odometry, mount_in):
+    """Adds the lines of scans. Returns where the laser is, times of scans outside the odometry, and how many are left
+    out, by reason."""
+    mount, outside, dropped = None, [], collections.Counter()
+    for scan in scans:
+        mount, time = mount or mount_in(scan["header"]["frame_id"]), time_of(scan["header"])
+        found, reason = odometry.around(time) if odometry else (None, None)
+        reason = reason or fault_of(scan)
+        if reason:
+            dropped[reason] += 1
+            outside += [time] if reason == OUTSIDE else []
+        else:
+            lines.add(time, line_of(scan, interpolated(*found) if found else None, *mount))
+    return mount, outside, dropped
+
+
 def convert(options):
-    files = list(files_of(options.bag))
-    if not files:
-        raise BagError("no MCAP file is there")
-    topics = topics_of(files)
-    topic = chosen_topic(topics, (SCAN,), options.scans)
-    odometry = timed_odometry(files, topics, options)
-    count, outside, damaged, mount, first, last = 0, 0, 0, None, math.inf, -math.inf
-    with tempfile.TemporaryFile() as unsorted, written(options.output) as log:
-        lines = SortedLines(unsorted)
-        for scan in messages_of(files, topic):
-            if mount is None:
-                mount = mount_of(files, topics, options.base, scan["header"]["frame_id"], topic)
-            time = time_of(scan["header"])
-            first, last = min(first, time), max(last, time)
-            found = around(*odometry, time) if odometry else None
-            if odometry and found is None:
-                outside += 1
-            elif not is_whole(scan):
-                damaged += 1
-            else:
-                lines.add(time, line_of(scan, interpolated(*found) if found else None, *mount))
-                count += 1
-        if first > last:
-            raise BagError(f"{topic} has no message")
-        if count == 0:
-            raise BagError(spans(topic, "scan", first, last, odometry[0]) if outside else
-                           f"{topic} has no scan whose angles and least range are numbers")
-        if not odometry and mount[0][0] != 0:
-            log.write(f"PARAM robot_frontlaser_offset {mount[0][0]:.9g}\n")
-        lines.write(log)
-    tell_dropped(outside, "scans dropped: no odometry before or after them")
-    tell_dropped(damaged, "scans dropped: their angles or their least range are no numbers")
+    files, path = files_of(options.bag), pathlib.Path(options.output)
+    place = staged(options.output, path.parent, "replaced", [path.name], files)
+    with tempfile.TemporaryFile() as unsorted, place as part:
+        topics = topics_of(files)
+        topic = chosen_topic(topics, (SCAN,), options.scans)
+        odometry, lines = timed_odometry(files, topics, options), SortedLines(unsorted)
+        mount, outside, dropped = lines_of(messages_of(files, topic), lines, odometry,
+                                           lambda frame: mount_of(files, topics, options.base, frame, topic))
+        if not lines.places:
+            raise BagError(no_odometry(topic, "scan", min(outside), max(outside), odometry.times) if outside else
+                           f"{topic} has no scan that serves: {next(iter(dropped))}" if dropped else
+                           f"{topic} has no message")
+        with open(part / path.name, "w", encoding="utf-8") as log:
+            if not odometry and mount[0][0] != 0:
+                log.write(f"PARAM robot_frontlaser_offset {mount[0][0]:.9g}\n")
+            lines.write(log)
+    for reason, count in dropped.items():
+        tell_dropped(count, f"scans dropped: {reason}")
     if not odometry:
         beside = any(abs(x) > 1e-3 for x in mount[0][1:])
-        print("the bag has no odometry: scans alone" + (", and the path will be that of the laser" if beside else ""))
-    print(f"wrote {options.output}: {count} scans")
+        say("the bag has no odometry: scans alone" + (", and the path will be that of the laser" if beside else ""))
+    say(f"wrote {options.output}: {len(lines.places)} scans")
 
 
 def main():

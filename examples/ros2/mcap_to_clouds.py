@@ -12,11 +12,12 @@ It needs python3-numpy.
 """
 
 import math
+import pathlib
 import sys
 
-from mcap_bag import BagError, chosen_topic, filled, files_of, in_a_line, messages_of, named, told, topics_of
-from mcap_to_carmen import around, spans, timed_odometry
-from mcap_to_csv import frame_of, parser_of, sensor_pose_option, tell_dropped
+from mcap_bag import BagError, chosen_topic, files_of, messages_of, named, say, staged, told, topics_of
+from mcap_to_carmen import OUTSIDE, no_odometry, timed_odometry
+from mcap_to_csv import FARTHEST, frame_of, parser_of, sensor_pose_option, tell_dropped
 
 try:
     import numpy as np
@@ -26,7 +27,6 @@ except ImportError:
 CLOUD = "sensor_msgs/msg/PointCloud2"
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # datatypes of sensor_msgs/PointField
 TIMES = ("t", "time", "timestamp", "offset_time")  # names of the field with the time of a point
-FARTHEST = 1e15  # coordinates beyond [m] are refused by hybrid-import
 LARGEST_TIME = 1e10  # numbers above are no seconds: milliseconds, and so on
 
 
@@ -51,6 +51,8 @@ def layout_of(message):
         layout["names"].append(name)
         layout["formats"].append((">" if message["is_bigendian"] else "<") + kind)
         layout["offsets"].append(field["offset"])
+    if sum(int(kind[-1]) for kind in layout["formats"]) > message["point_step"]:
+        raise BagError("fields overlap")
     return np.dtype(layout)
 
 
@@ -71,9 +73,10 @@ def relative(times, stamp):
     """Seconds since the stamp: whole numbers are nanoseconds since then, doubles may be absolute."""
     if times.dtype.kind != "f":
         return 1e-9 * times
-    seconds = times.astype("f8")
-    finite = seconds[np.isfinite(seconds)]
-    middle = float(np.median(finite)) if times.itemsize == 8 and len(finite) else 0.0
+    seconds = times.astype("f8", copy=False)
+    finite = seconds[np.isfinite(seconds)] if times.itemsize == 8 else []
+    middle = float(np.median(finite, overwrite_input=True)) if len(finite) else 0.0
+    del finite
     while middle >= LARGEST_TIME:
         seconds, middle = seconds / 1000, middle / 1000
     return seconds - stamp if abs(middle - stamp) < abs(middle) else seconds
@@ -86,23 +89,22 @@ def cloud_of(message, stamp, optical):
     columns = dict(zip("xyz", (z, -x, -y) if optical else (x, y, z)))
     columns.update((name, found[name]) for name in ("intensity", "t") if name in found.dtype.names)
     have_place = np.logical_and.reduce([np.abs(columns[name]) <= FARTHEST for name in "xyz"])
-    columns = {name: values[have_place] for name, values in columns.items()}
-    if "t" in columns:
-        columns["t"] = relative(columns["t"], stamp)
     cloud = np.empty(np.count_nonzero(have_place), [
         (name, "<f8" if name in "xyz" and values.itemsize == 8 else "<f4") for name, values in columns.items()])
     for name, values in columns.items():
-        cloud[name] = values
+        cloud[name] = relative(values[have_place], stamp) if name == "t" else values[have_place]
     return cloud, len(found) - len(cloud)
 
 
-def pcd_of(cloud):
-    """The bytes of a PCD file."""
+def write_pcd(cloud, path):
     names = cloud.dtype.names
     sizes = " ".join(str(cloud.dtype[name].itemsize) for name in names)
-    return (f"# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {' '.join(names)}\nSIZE {sizes}\n"
+    head = (f"# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {' '.join(names)}\nSIZE {sizes}\n"
             f"TYPE{' F' * len(names)}\nCOUNT{' 1' * len(names)}\nWIDTH {len(cloud)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n"
-            f"POINTS {len(cloud)}\nDATA binary\n").encode() + cloud.tobytes()
+            f"POINTS {len(cloud)}\nDATA binary\n")
+    with open(path, "wb") as file:
+        file.write(head.encode())
+        file.write(cloud)
 
 
 # --- Poses.
@@ -158,12 +160,12 @@ class Clouds:
         path = self.folder / f"{name}.pcd"
         if path.exists():
             return "the stamp was there before"
-        found = around(*self.odometry, time) if self.odometry else None
-        if self.odometry and found is None:
-            self.outside.append(time)
-            return "no odometry before or after them"
+        found, why_not = self.odometry.around(time) if self.odometry else (None, None)
+        if why_not:
+            self.outside += [time] if why_not == OUTSIDE else []
+            return why_not
         cloud, no_place = cloud_of(message, time, self.optical)
-        path.write_bytes(pcd_of(cloud))
+        write_pcd(cloud, path)
         self.frame = frame
         self.count, self.points, self.no_place = self.count + 1, self.points + len(cloud), self.no_place + no_place
         self.empty += len(cloud) == 0
@@ -175,7 +177,7 @@ class Clouds:
     def write_poses(self):
         """Writes those that clouds have, in the order of their times."""
         if self.count == 0 and self.outside:
-            raise BagError(spans(self.topic, "cloud", min(self.outside), max(self.outside), self.odometry[0]))
+            raise BagError(no_odometry(self.topic, "cloud", min(self.outside), max(self.outside), self.odometry.times))
         if self.count == 0:
             raise BagError(f"no cloud of {self.topic} can be read; the first: {next(iter(self.dropped))}" if self.dropped else
                            f"{self.topic} has no message")
@@ -184,13 +186,13 @@ class Clouds:
 
     def tell(self, output):
         for reason, (first, count) in self.dropped.items():
-            tell_dropped(count, f"clouds dropped, the first is message {first}: {in_a_line(reason)}")
+            tell_dropped(count, f"clouds dropped, the first is message {first}: {reason}")
         tell_dropped(self.no_place, "points dropped: their places are not finite")
         tell_dropped(self.empty, "clouds kept without points")
         if not self.odometry:
-            print("the bag has no odometry: clouds alone")
+            say("the bag has no odometry: clouds alone")
         poses = " and odometry.txt" if self.odometry else ""
-        print(f"wrote {output}: {self.count} clouds with {self.points} points{poses}")
+        say(f"wrote {output}: {self.count} clouds with {self.points} points{poses}")
 
 
 def counted(messages):
@@ -207,10 +209,8 @@ def counted(messages):
 
 
 def convert(options):
-    files = list(files_of(options.bag))
-    if not files:
-        raise BagError("no MCAP file is there")
-    with filled(options.output) as folder:
+    files = files_of(options.bag)
+    with staged(options.output, pathlib.Path(options.output), "refused") as folder:
         topics = topics_of(files)
         topic = chosen_topic(topics, (CLOUD,), options.topic)
         clouds, place = Clouds(folder, topic, timed_odometry(files, topics, options), options.optical), None
@@ -221,9 +221,9 @@ def convert(options):
         clouds.write_poses()
     clouds.tell(options.output)
     if place:
-        print(place)
+        say(place)
     elif clouds.odometry:
-        print(f"poses are taken to be those of {in_a_line(clouds.frame)}: --base tells where it is on the robot")
+        say(f"poses are taken to be those of {clouds.frame}: --base tells where it is on the robot")
 
 
 def main():

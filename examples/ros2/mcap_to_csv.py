@@ -18,12 +18,15 @@ import pathlib
 import re
 import sys
 
-from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, told, topics_of, written
+from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, say, staged, told, topics_of
 
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 DETECTIONS, TAGS = "vision_msgs/msg/Detection3DArray", "apriltag_msgs/msg/AprilTagDetectionArray"
 TRANSFORMS, CAMERA, FIX = "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/NavSatFix"
 OPTICAL = (0.5, -0.5, 0.5, 0.5)  # the orientation, in an optical frame, of one with x ahead and z up
+FARTHEST, LARGEST_ID, SIGMAS = 1e15, 2**31 - 1, (1e-9, 1e6)  # limits of hybrid-import: coordinates [m], ids, sigmas [m]
+HIGHEST = 1e6  # [m] above the sea, or below
+DROPPED = "dropped: its time was there before, a number is not finite or too large, or its rotation is 0"
 EARTH_RADIUS, EARTH_ECCENTRICITY2 = 6378137.0, 6.69437999014e-3  # WGS 84 [m]
 
 
@@ -34,7 +37,9 @@ def time_of(header):
 # --- Rotations are quaternions (x, y, z, w).
 
 def quaternion_of(q):
-    return q["x"], q["y"], q["z"], q["w"]
+    """Of length 1, or 0."""
+    q = q["x"], q["y"], q["z"], q["w"]
+    return tuple(x / (math.hypot(*q) or 1.0) for x in q)
 
 
 def angles_of(q):
@@ -94,11 +99,15 @@ def frame_of(name):
     return name.lstrip("/")
 
 
+def is_sound(pose):
+    return all(abs(x) <= FARTHEST for part in pose for x in part) and any(pose[1])
+
+
 def rising(timed_poses):
     """Poses in the order of their times, each time once, and how many are left out."""
     kept, dropped = [], 0
     for time, pose in sorted(timed_poses, key=lambda timed: timed[0]):
-        if kept and time == kept[-1][0] or not all(math.isfinite(x) for part in pose for x in part) or not any(pose[1]):
+        if kept and time == kept[-1][0] or not is_sound(pose):
             dropped += 1
         else:
             kept.append((time, pose))
@@ -189,12 +198,20 @@ def detection_rows(messages, plane, optical):
         for detection in message["detections"]:
             p = detection["bbox"]["center"]["position"]
             name = detection.get("id", detection.get("tracking_id", ""))
-            number = "" if name == "" else int(name) if name.isdigit() else numbers.setdefault(name, len(numbers))
+            is_number = re.fullmatch("[0-9]{1,99}", name)
+            number = "" if name == "" else int(name) if is_number else numbers.setdefault(name, len(numbers))
             measured = measured_of((p["x"], p["y"], p["z"]), plane, optical)
             rows.append([time_of(message["header"]), *measured, *best_class(detection["results"]), number])
     if numbers and any(isinstance(row[-1], int) and row[-1] not in numbers.values() for row in rows):
         raise BagError("some ids of detections are numbers and some are names")
     return sorted(rows, key=lambda row: row[0])
+
+
+def is_detection(row, angles):
+    """Whether hybrid-import takes a row of a time, a range, so many angles, class, score, id and perhaps a sigma."""
+    measured, (score, number, *sigma) = row[:2 + angles], row[3 + angles:]
+    return (all(abs(x) <= FARTHEST for x in measured) and (score == "" or 0 <= score <= 1)
+            and (number == "" or 0 <= number <= LARGEST_ID) and all(SIGMAS[0] <= x <= SIGMAS[1] for x in sigma))
 
 
 def earth_fixed(latitude, longitude, altitude):
@@ -210,7 +227,7 @@ def fix_rows(messages):
     rows, dropped, origin = [], 0, None
     for message in messages:
         fix = [message[name] for name in ("latitude", "longitude", "altitude")]
-        if message["status"]["status"] < 0 or not all(map(math.isfinite, fix[:2])):
+        if message["status"]["status"] < 0 or not (abs(fix[0]) <= 90 and abs(fix[1]) <= 360) or abs(fix[2]) > HIGHEST:
             dropped += 1
             continue
         fix[2] = fix[2] if math.isfinite(fix[2]) else 0.0
@@ -227,7 +244,7 @@ def fix_rows(messages):
 
 def table_of(names, rows):
     """The text of a table, without columns that are empty throughout, and the number of its rows."""
-    names = names[:len(rows[0])] if rows else names[:3]
+    names = names[:len(rows[0])]
     used = [i for i in range(len(names)) if i < 3 or any(row[i] != "" for row in rows)]
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")
@@ -242,7 +259,7 @@ def lines_of(rows):
 
 def tell_dropped(count, reason):
     if count:
-        print(f"{reason}: {count}")
+        say(f"{reason}: {count}")
 
 
 def odometry_of(files, topics, options):
@@ -256,7 +273,9 @@ def odometry_of(files, topics, options):
     poses, dropped = rising(found)
     if options.odometry_tf and not poses:
         raise BagError(f"/tf has no transform from {parent} to {child}")
-    tell_dropped(dropped, "odometry dropped: its time was there before, a number is not finite, or its rotation is 0")
+    tell_dropped(dropped, f"odometry {DROPPED}")
+    if not poses:
+        raise BagError("the topic of the odometry has no " + ("pose that serves" if dropped else "message"))
     return poses
 
 
@@ -287,6 +306,17 @@ def detected(files, topics, options):
     return rows, True, frame
 
 
+def detections_of(files, topics, options):
+    """The same, rows that hybrid-import takes alone."""
+    found, optical, frame = detected(files, topics, options)
+    rows = [row for row in found if is_detection(row, 1 if options.plane else 2)]
+    tell_dropped(len(found) - len(rows),
+                 "detections dropped: a number is not finite or too large, or a score not within 0 and 1")
+    if not rows:
+        raise BagError("no detection serves" if found else "there is no detection")
+    return rows, optical, frame
+
+
 def sensor_pose(files, topics, base, frame, optical, beside=None):
     """Where the sensor is on the robot: position and rotation. `beside` is the topic of what it saw."""
     base, frame = frame_of(base), frame_of(frame)
@@ -300,6 +330,8 @@ def sensor_pose(files, topics, base, frame, optical, beside=None):
             raise BagError(f"no transforms lead from {base} to {frame}: they end at {at}")
         at, step = parents[at]
         pose = composed(step, pose)
+    if not is_sound(pose):
+        raise BagError(f"the transforms from {base} to {frame} are none: a number is not finite, or a rotation is 0")
     return pose
 
 
@@ -315,34 +347,37 @@ def truth_of(files, topics, topic):
     topic = chosen_topic(topics, (*POSES, FIX), topic)
     if Decoder.short(topics[topic]) != Decoder.short(FIX):
         poses, dropped = rising((time_of(m["header"]), pose_of(m)) for m in messages_of(files, topic))
-        tell_dropped(dropped, "truth dropped: its time was there before, a number is not finite, or its rotation is 0")
-        return "truth.tum", *lines_of([[time, *p, *q] for time, (p, q) in poses])
-    rows, dropped, origin = fix_rows(messages_of(files, topic))
-    tell_dropped(dropped, "satellite fixes dropped: they are none")
-    if origin:
-        print(f"east, north and up of latitude {origin[0]!r}, longitude {origin[1]!r}, altitude {origin[2]!r}")
-    return "truth.xyz", *lines_of(rows)
+        tell_dropped(dropped, f"truth {DROPPED}")
+        found = "truth.tum", *lines_of([[time, *p, *q] for time, (p, q) in poses])
+    else:
+        rows, dropped, origin = fix_rows(messages_of(files, topic))
+        tell_dropped(dropped, "satellite fixes dropped: they are none")
+        if origin:
+            say(f"east, north and up of latitude {origin[0]!r}, longitude {origin[1]!r}, altitude {origin[2]!r}")
+        found = "truth.xyz", *lines_of(rows)
+    if found[2] == 0:
+        raise BagError(f"{topic} tells nothing that is true")
+    return found
 
 
 def convert(options):
-    files = list(files_of(options.bag))
-    if not files:
-        raise BagError("no MCAP file is there")
-    topics = topics_of(files)
-    rows, optical, frame = detected(files, topics, options)
-    measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
-    tables = [("odometry.csv", *odometry_table(files, topics, options)),
-              ("detections.csv", *table_of([*measured, "class", "score", "id", "sigma_range"], rows))]
-    if options.truth:
-        tables.append(truth_of(files, topics, options.truth))
-    out = pathlib.Path(options.output)
-    out.mkdir(parents=True, exist_ok=True)
-    for name, text, count in tables:
-        with written(out / name) as file:
-            file.write(text)
-        print(f"wrote {out / name}: {count} rows")
-    if options.base:
-        print(sensor_pose_option(files, topics, options.base, frame, optical, options.detections))
+    files, out = files_of(options.bag), pathlib.Path(options.output)
+    names = ("odometry.csv", "detections.csv", "truth.tum", "truth.xyz")
+    with staged(options.output, out, "kept", names, files) as part:
+        topics = topics_of(files)
+        rows, optical, frame = detections_of(files, topics, options)
+        measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
+        tables = [("odometry.csv", *odometry_table(files, topics, options)),
+                  ("detections.csv", *table_of([*measured, "class", "score", "id", "sigma_range"], rows))]
+        if options.truth:
+            tables.append(truth_of(files, topics, options.truth))
+        place = options.base and sensor_pose_option(files, topics, options.base, frame, optical, options.detections)
+        for name, text, _ in tables:
+            (part / name).write_text(text, encoding="utf-8")
+    for name, _, count in tables:
+        say(f"wrote {out / name}: {count} rows")
+    if place:
+        say(place)
 
 
 def parser_of(doc, placed):

@@ -14,6 +14,7 @@ import struct
 import sys
 
 from foxglove_scene import NAME, SCHEMA, TOPIC, Scene
+from mcap_bag import DAMAGE
 from mcap_writer import McapWriter, nanoseconds
 
 PROTOCOL = "foxglove.websocket.v1"
@@ -82,7 +83,7 @@ def main():
         sys.exit("error: serving needs python3-websockets; -o FILE.mcap writes a file instead")
     except OSError as error:
         sys.exit(f"error: cannot {f'write {options.output}' if options.output else 'serve'}: {error.strerror}")
-    except (ValueError, LookupError, TypeError, OverflowError) as error:
+    except DAMAGE as error:
         sys.exit(f"error: {error}: standard input is what hybrid-replay --stream writes")
 
 

@@ -13,6 +13,7 @@ import math
 import sys
 
 from foxglove_scene import COLORS, POINTS
+from mcap_bag import DAMAGE
 
 
 class Scene:
@@ -67,7 +68,7 @@ def main():
         pass
     except ImportError:
         sys.exit("error: this needs Rerun's Python package: pip install rerun-sdk")
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, *DAMAGE) as error:
         sys.exit(f"error: {error}: standard input is what hybrid-replay --stream writes")
 
 

@@ -152,7 +152,8 @@ class Foxglove(unittest.TestCase):
         self.assertEqual(found[0][1]["entities"][2]["texts"][0]["text"], "3 Bäume \U0001f332")
 
     def test_a_stream_that_is_none_leaves_the_steps_before_it(self):
-        for bad in ("12 keyframes", [1], {**LINES[1], "time": None}, {**LINES[1], "pose": [float("nan")] * 3}):
+        for bad in ("12 keyframes", [1], {**LINES[1], "time": None}, {**LINES[1], "pose": [float("nan")] * 3},
+                    {**LINES[1], "changed": ["tree"]}):
             text = f"{json.dumps(LINES[0])}\n{json.dumps(bad)}\n"
             ran = self.run_script("stream_to_foxglove.py", "-o", self.at / "a.mcap", text=text)
             self.assertEqual((ran.returncode, len(ran.stderr.splitlines())), (1, 1), ran.stderr)

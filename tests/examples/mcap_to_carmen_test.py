@@ -108,7 +108,7 @@ class McapToCarmen(unittest.TestCase):
         for messages, words in (([*self.STILL, (1, scan(50, 0, 0.1, [1]))], "scans are of 50.000 to 50.000 s, odometry of 0.000 to 20.000 s"),
                                 ([*self.STILL, (1, scan(1, 0, 0.1, [1])[:-9])], "ends early"),
                                 ([*self.STILL], "/scan has no message"), ([(1, scan(1, 0, 0.1, [1]))], "odometry has no message"),
-                                ([*self.STILL, (1, scan(1, math.nan, 0.1, [1]))], "no scan whose angles")):
+                                ([*self.STILL, (1, scan(1, math.nan, 0.1, [1]))], "no scan that serves: their angles")):
             ran = self.run_script(messages)
             self.assertEqual((ran.returncode, ran.stderr.count("\n")), (1, 1))
             self.assertIn(words, ran.stderr)
@@ -170,6 +170,46 @@ class McapToCarmen(unittest.TestCase):
         self.assertEqual(ran.returncode, 0, ran.stderr)
         self.assertIn("no odometry: scans alone", ran.stdout)
         self.assertEqual([(w[0], float(w[-3])) for w in self.lines()], [("RAWLASER1", k) for k in range(3)])
+
+    def test_the_bag_is_not_replaced(self):
+        content = bag(TOPICS, [*self.STILL, (1, scan(1, 0, 0.1, [1]))])
+        (self.at / "a.clf").write_bytes(content)
+        (self.at / "a.mcap").symlink_to(self.at / "a.clf")
+        for name in ("a.clf", "a.mcap"):
+            ran = self.convert(name)
+            self.assertEqual((ran.returncode, ran.stderr),
+                             (1, f"mcap_to_carmen: cannot write {self.at}/a.clf: is the bag that is read\n"))
+            self.assertEqual((self.at / "a.clf").read_bytes(), content)
+
+    def test_what_is_written_replaces_regular_files_alone(self):
+        (self.at / "a.clf.part").write_text("foreign")
+        self.assertEqual(self.run_script([*self.STILL, (1, scan(1, 0, 0.1, [1]))]).returncode, 0)
+        self.assertEqual((self.at / "a.clf.part").read_text(), "foreign")
+        (self.at / "a.clf").unlink()
+        os.mkfifo(self.at / "a.clf")
+        self.assertIn("a.clf: is a pipe, not a regular file", self.convert("a.mcap").stderr)
+        self.assertTrue((self.at / "a.clf").is_fifo())
+
+    def test_scans_that_are_none_are_dropped(self):
+        none = [(1, scan(1, -0.5, 0.1, []))]
+        ran = self.run_script([*self.STILL, *none, *none, (1, scan(2, 1e30, 0.1, [1])), (1, scan(3, 0, 9, [1, 2, 3])),
+                               (1, scan(4, 0, 0.1, [1]))])
+        self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+        self.assertIn("scans dropped: they have no rays: 2\n", ran.stdout)
+        self.assertIn("no numbers, or absurd: 2\n", ran.stdout)
+        self.assertIn("a.clf: 1 scans\n", ran.stdout)
+        ran = self.run_script([*self.STILL, *none])
+        self.assertIn("a.mcap: /scan has no scan that serves: they have no rays\n", ran.stderr)
+        self.assertEqual(ran.returncode, 1)
+
+    def test_scans_where_odometry_is_missing_are_dropped(self):
+        times = [k / 10 for k in (*range(101), *range(400, 421))]
+        for speed, kept in ((0.5, [5.5, 10, 40, 41.5]), (0, [5.5, 10, 25, 40, 41.5])):  # one that stands says nothing
+            driven = [(0, odometry(time, speed * time, 0, 0)) for time in times]
+            ran = self.run_script([*driven, *[(1, scan(time, 0, 0.1, [1])) for time in (5.5, 10, 25, 40, 41.5)]])
+            self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+            self.assertEqual([float(w[-3]) for w in self.lines()], kept)
+            self.assertEqual("missing there for over ten times its usual period: 1\n" in ran.stdout, speed > 0)
 
     def test_scans_become_a_map(self):
         programs = os.environ.get("HYBRID_BIN")

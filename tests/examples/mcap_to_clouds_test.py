@@ -147,6 +147,13 @@ class McapToClouds(unittest.TestCase):
             for point, seconds in zip(points, (0, 0.05), strict=True):
                 self.assertAlmostEqual(point[3], seconds, delta=1e-6)
 
+    def test_clouds_where_odometry_is_missing_are_dropped(self):
+        driven = [(0, odometry(k, k, 0, 0)) for k in (*range(12), 40)]
+        ran = self.run_script([*driven, (1, cloud(5.5)), (1, cloud(20))])
+        self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+        self.assertIn("message 2: odometry is missing there for over ten times its usual period: 1\n", ran.stdout)
+        self.assertEqual([path.name for path in self.out.glob("*.pcd")], ["5.500000000.pcd"])
+
     def test_a_camera_looks_along_z(self):
         self.assertEqual(self.only(cloud(1), "--optical")[2], [(3, -1, -2)])
 
@@ -177,6 +184,7 @@ class McapToClouds(unittest.TestCase):
         (cloud(1, fields=(*XYZ[1:], ("x", 9, 7))), "x ends behind point_step"),
         (cloud(1, fields=(*XYZ, ("t", 2**32 - 1, 6))), "t ends behind point_step"),
         (cloud(-1), "the stamp is no time"),
+        (cloud(1, fields=(("x", 0, 7), ("y", 0, 7), ("z", 0, 7)), step=4), "fields overlap"),
     )
 
     def test_damaged_messages_are_counted(self):
@@ -188,7 +196,7 @@ class McapToClouds(unittest.TestCase):
                 self.assertIn("2 clouds with 2 points", ran.stdout)
                 ran = self.run_script([*STILL, (1, damaged)])
                 self.assertEqual((ran.returncode, ran.stderr.count("\n"), self.out.exists()), (1, 1, False))
-                self.assertRegex(ran.stderr, f"mcap_to_clouds: no cloud of /points can be read; the first: .*{words}")
+                self.assertRegex(ran.stderr, f": .*a.mcap: no cloud of /points can be read; the first: .*{words}")
 
     def test_clouds_that_are_no_others(self):
         messages = [*STILL, *[(1, cloud(1, frame="li\x1bdar"))] * 10, *[(1, cloud(2 + k, frame="other")) for k in range(3)]]

@@ -9,11 +9,13 @@ import json
 import math
 import os
 import pathlib
+import resource
 import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_csv.py"
 LINE = "=" * 80 + "\n"
@@ -99,9 +101,9 @@ def odometry(time, x, y, yaw):
     return Cdr().header(time).string("base").pose(x, y, 0.0, yaw).put("d", *[0.0] * 36).whole()
 
 
-def detections(time, seen, old=False):
+def detections(time, seen, old=False, frame="map"):
     """`seen` is (id, x, y, z, class) in the frame of the sensor."""
-    out = Cdr().header(time).put("I", len(seen))
+    out = Cdr().header(time, frame).put("I", len(seen))
     for name, x, y, z, class_name in seen:
         out.header(time).put("I", 2)
         for guess, score in (("rock", 0.2), (class_name, 0.8)):
@@ -145,9 +147,14 @@ def record(code, content):
     return struct.pack("<BQ", code, len(content)) + content
 
 
-def bag(topics, messages, pack=None):
-    """`topics` is (name, definitions), `messages` are (topic's index, bytes); `pack` is (name, function)."""
-    body = b""
+def chunk(name, data, size):
+    return record(6, struct.pack("<QQQI", 0, 0, size, 0) + text(name) + struct.pack("<Q", len(data)) + data)
+
+
+def bag(topics, messages, pack=None, begin=b""):
+    """`topics` is (name, definitions), `messages` are (topic's index, bytes); `pack` is (name, function). Records may
+    come before."""
+    body = begin
     for number, (name, definitions) in enumerate(topics, 1):
         (first, main), *_ = definitions.items()
         others = {**COMMON, **dict(list(definitions.items())[1:])}
@@ -157,8 +164,7 @@ def bag(topics, messages, pack=None):
     for index, data in messages:
         body += record(5, struct.pack("<HIQQ", index + 1, 0, 0, 0) + data)
     if pack:
-        packed = pack[1](body)
-        body = record(6, struct.pack("<QQQI", 0, 0, len(body), 0) + text(pack[0]) + struct.pack("<Q", len(packed)) + packed)
+        body = chunk(pack[0], pack[1](body), len(body))
     magic = b"\x89MCAP0\r\n"
     return magic + record(1, text("ros2") + text("test")) + body + record(15, b"\0" * 4) + record(2, b"\0" * 20) + magic
 
@@ -178,6 +184,7 @@ def drive(old=False):
 
 
 TOPICS = [("/odom", ODOMETRY), ("/objects", DETECTIONS)]
+DETECTED = "vision_msgs/Detection3DArray"
 
 
 class McapToCsv(unittest.TestCase):
@@ -186,10 +193,27 @@ class McapToCsv(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         self.at = pathlib.Path(self.folder.name)
 
-    def run_script(self, content, *options):
+    def run_script(self, content, *options, output=None):
         (self.at / "a.mcap").write_bytes(content)
-        return subprocess.run([sys.executable, "-B", SCRIPT, self.at / "a.mcap", "-o", self.at, *options], text=True,
-                              capture_output=True, check=False)
+        return self.convert("a.mcap", *options, output=output)
+
+    def convert(self, name, *options, output=None):
+        """With little memory and time."""
+        confine = lambda: resource.setrlimit(resource.RLIMIT_AS, (500 << 20, 500 << 20))
+        command = [sys.executable, "-B", SCRIPT, self.at / name, "-o", output or self.at, *options]
+        return subprocess.run(command, text=True, capture_output=True, check=False, timeout=300, preexec_fn=confine)
+
+    def check_bag(self, messages, words, *options, topics=None, **more):
+        self.check_refused(self.run_script(bag(topics or TOPICS, messages, **more), *options), words)
+
+    def check_refused(self, ran, words):
+        """In one line, and nothing else."""
+        self.assertEqual((ran.returncode, ran.stderr.count("\n")), (1, 1), ran.stderr)
+        self.assertTrue(ran.stderr.startswith("mcap_to_csv: "), ran.stderr)
+        self.assertIn(words, ran.stderr)
+
+    def names(self):
+        return sorted(path.name for path in self.at.iterdir())
 
     def table(self, name):
         with open(self.at / name, encoding="utf-8") as file:
@@ -286,7 +310,7 @@ class McapToCsv(unittest.TestCase):
         ran = self.run_script(bag(topics, messages), "--odometry-tf", "odom", "base")
         self.assertEqual(ran.returncode, 0, ran.stderr)
         self.assertEqual([float(r["x"]) for r in self.table("odometry.csv")], [0, 3, 6])
-        self.assertIn("its time was there before, a number is not finite, or its rotation is 0: 1", ran.stdout)
+        self.assertIn("its time was there before, a number is not finite or too large, or its rotation is 0: 1", ran.stdout)
         ran = self.run_script(bag(topics, messages), "--odometry-tf", "odom", "wheel")
         self.assertIn("/tf has no transform from odom to wheel", ran.stderr)
 
@@ -336,7 +360,7 @@ class McapToCsv(unittest.TestCase):
         mount = Cdr().put("I", 2)
         mount.header(0, "base").string("mast").put("d", 1, 0, 0.5, 0, 0, math.sin(quarter / 2), math.cos(quarter / 2))
         mount.header(0, "mast").string("lens").put("d", 0.25, 0, 0, -0.5, 0.5, -0.5, 0.5)
-        seen = Cdr().header(0, "lens").put("I", 0).whole()
+        seen = detections(0, [("7", 1.0, 2.0, 3.0, "a")], frame="lens")
         whole = bag(topics, [(0, odometry(0, 0, 0, 0)), (1, seen), (2, mount.whole())])
         self.assertIn("--sensor-pose 1 0.25 0.5 1.5708 0 0\n", self.run_script(whole, "--base", "base", "--optical").stdout)
         self.assertIn("no transforms lead from wheel to lens: they end at base", self.run_script(whole, "--base", "wheel").stderr)
@@ -370,12 +394,186 @@ class McapToCsv(unittest.TestCase):
         self.assertIn("/objects (vision_msgs/msg/Detection3DArray)", self.run_script(whole, "--odometry", "/odometry").stderr)
         self.assertIn("no topic is vision_msgs/msg/Detection3DArray", self.run_script(bag(TOPICS[:1], [])).stderr)
         self.assertIn("compressed with 'xz'", self.run_script(bag(TOPICS, [], ("xz", bytes))).stderr)
-        self.assertIn("a message ends early", self.run_script(bag(TOPICS, [(0, odometry(0, 0, 0, 0)[:-8])])).stderr)
+        self.check_bag([*drive(), (0, odometry(0, 0, 0, 0)[:-8])], "a message ends early")
         cut = self.run_script(whole[:len(whole) * 2 // 3], "--plane")
         self.assertEqual(cut.returncode, 0, cut.stderr)
         self.assertIn("ends early; what came before is used", cut.stdout)
         for size in range(0, len(whole), 997):
             self.assertNotIn("Traceback", self.run_script(whole[:size]).stderr)
+
+    def test_what_is_no_regular_file_is_not_waited_for(self):
+        (self.at / "run").mkdir()
+        os.mkfifo(self.at / "run/b.mcap")
+        (self.at / "c.mcap").symlink_to(self.at / "run/b.mcap")
+        for name in ("run", "run/b.mcap", "c.mcap"):
+            self.check_refused(self.convert(name), "mcap: is a pipe, not a regular file")
+        (self.at / "run/b.mcap").unlink()
+        self.check_refused(self.convert("run"), f"{self.at}/run: no MCAP file is there")
+        (self.at / "d.mcap").symlink_to("/dev/zero")
+        (self.at / "odometry.csv").touch()
+        self.check_refused(self.convert("none.mcap"), "none.mcap: No such file or directory")
+        self.check_refused(self.convert("d.mcap"), "d.mcap: is a device, not a regular file")
+        self.check_refused(self.convert("x" * 300), "File name too long")
+
+    def test_values_without_bytes_are_limited(self):
+        levels = {f"vision_msgs/A{i}": f"A{i + 1} a\nA{i + 1} b\n" for i in range(60)}
+        doubling = {DETECTED: "std_msgs/Header header\nA0 a\n", **levels, "vision_msgs/A60": "uint8[0] x\n"}
+        many = {DETECTED: "std_msgs/Header header\nA[100] a\n", "vision_msgs/A": "B[100] b\n",
+                "vision_msgs/B": "C[100] c\n", "vision_msgs/C": "uint8[0] x\n"}
+        for definitions in (doubling, many, {**many, DETECTED: "std_msgs/Header header\nA[] a\n"}):
+            message = Cdr().header(0).put("I", 100).put("B", *[0] * 100).whole()
+            ran = self.run_script(bag([TOPICS[0], ("/objects", definitions)], [*drive()[::2], (1, message)]))
+            self.check_refused(ran, "a.mcap: vision_msgs/msg/Detection3DArray: a message has too many values")
+
+    def test_sizes_are_limited(self):
+        line_ends = record(3, struct.pack("<H", 9) + text("x/Y") + text("ros2msg") + text("\n" * (9 << 20)))
+        self.check_bag(drive(), "a.mcap: a text of 9437184 bytes is longer than", begin=line_ends)
+        self.check_bag([], "a.mcap: a text of 605 bytes is longer than", topics=[("/odom" + "m" * 600, ODOMETRY)])
+        self.check_bag(drive(), "a.mcap: damaged: its chunks have more than 1000", begin=3 * chunk("", b"", 90 << 20))
+        nested = chunk("", chunk("", chunk("", b"", 1 << 62), 0), 0)
+        self.assertEqual(self.run_script(bag(TOPICS, drive(), begin=nested), "--plane").returncode, 0)
+
+    def test_large_records(self):
+        whole, size = bag(TOPICS, drive()), 1 << 40  # of a file with a hole
+        for code in (5, 9):
+            with open(self.at / "b.mcap", "wb") as file:
+                file.write(whole[:8] + struct.pack("<BQ", code, size))
+                file.seek(size, os.SEEK_CUR)
+                file.write(whole[8:])
+            ran = self.convert("b.mcap", "--plane")
+            if code == 5:
+                self.check_refused(ran, "b.mcap: damaged: a record or a chunk is said to have 1099511627776 bytes")
+        self.assertEqual(ran.returncode, 0, ran.stderr)  # that of another kind is left out
+        self.check_tables()
+
+    def test_packed_definitions_are_limited(self):
+        try:
+            zstd = importlib.import_module("zstandard").ZstdCompressor()
+        except ImportError:
+            self.skipTest("skipped: python3-zstandard is not installed")
+        for fill in ("\n", "\U0001f600"):
+            definition = record(3, struct.pack("<H", 9) + text("x/Y") + text("ros2msg") + text(fill * (9 << 20)))
+            self.check_bag(drive(), "is longer than", pack=("zstd", zstd.compress), begin=definition)
+
+    def test_what_cannot_be_written_is_told(self):
+        (self.at / "file").write_text("of before")
+        (self.at / "link").symlink_to(self.at / "none")
+        for output in ("file", "file/below", "link", "n" * 300, "/proc/x", "/dev/null"):
+            ran = self.run_script(bag(TOPICS, drive()), output=self.at / output)
+            self.check_refused(ran, f"cannot write {self.at / output}: ")
+        self.assertEqual(self.names(), ["a.mcap", "file", "link"])
+        ran = self.run_script(bag(TOPICS, drive()[:1]), output=self.at / "new/er")
+        self.check_refused(ran, "there is no detection")
+        self.assertFalse((self.at / "new").exists())
+
+    def test_all_tables_are_written_or_none(self):
+        self.check_bag(drive(), "no transforms lead from wheel to map", "--base", "wheel")
+        self.assertEqual(self.names(), ["a.mcap"])
+        (self.at / "detections.csv").mkdir()
+        self.check_refused(self.run_script(bag(TOPICS, drive())), f"cannot write {self.at}/detections.csv: is a folder")
+        self.assertEqual(self.names(), ["a.mcap", "detections.csv"])
+
+    def test_a_move_that_fails_is_undone(self):
+        bags, move = self.module("mcap_bag"), os.replace
+        (self.at / "part").mkdir()
+        for name in "ab":
+            (self.at / name).write_text("old")
+            (self.at / f"part/{name}").write_text("new")
+
+        def fails(before, now):
+            if before == self.at / "part/b":
+                raise OSError
+            move(before, now)
+
+        with unittest.mock.patch("os.replace", fails), self.assertRaises(OSError):
+            bags.publish(self.at / "part", self.at, True)
+        self.assertEqual(self.names(), ["a", "b", "part"])
+        self.assertEqual([path.read_text() for path in (self.at / "a", self.at / "b")], ["old"] * 2)
+        self.assertEqual(len(list((self.at / "part").iterdir())), 2)
+
+    def module(self, name):
+        sys.path.insert(0, str(SCRIPT.parent))
+        self.addCleanup(sys.path.remove, str(SCRIPT.parent))
+        return importlib.import_module(name)
+
+    def test_files_of_others_stay(self):
+        for name in ("odometry.csv", "odometry.csv.part", "odometry.csv~"):
+            (self.at / name).write_text(f"foreign {name}")
+        ran = self.run_script(bag(TOPICS, drive()), "--plane")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertIn(f"{self.at}/odometry.csv was there before; it is now {self.at}/odometry.csv~2\n", ran.stdout)
+        self.check_tables()
+        for name, now in (("odometry.csv", "odometry.csv~2"), ("odometry.csv.part",) * 2, ("odometry.csv~",) * 2):
+            self.assertEqual((self.at / now).read_text(), f"foreign {name}")
+        again = self.run_script(bag(TOPICS, drive()), "--plane")
+        self.assertNotIn("before", again.stdout)  # the same tables
+        self.assertEqual(len(self.names()), 6)
+
+    def test_a_bag_is_not_replaced(self):
+        (self.at / "odometry.csv").write_bytes(bag(TOPICS, drive()))
+        ran = self.convert("odometry.csv")
+        self.check_refused(ran, f"cannot write {self.at}/odometry.csv: is the bag that is read")
+        self.assertEqual(self.names(), ["odometry.csv"])
+
+    def test_detections_that_are_none_are_dropped(self):
+        bad = [("7", x, 1.0, 0.0, "a") for x in (math.nan, math.inf, 1e200, 2e15)]
+        bad.append(("99999999999", 1.0, 1.0, 0.0, "a"))
+        good = ("8", 3.0, 1.0, 0.0, "a")
+        for options in ([], ["--plane"]):
+            ran = self.run_script(bag(TOPICS, [*drive()[:1], (1, detections(0, [*bad, good]))]), *options)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertIn("too large, or a score not within 0 and 1: 5\n", ran.stdout)
+            self.assertEqual([row["id"] for row in self.table("detections.csv")], ["8"])
+        self.check_bag([*drive()[:1], (1, detections(0, bad))], "a.mcap: no detection serves")
+        self.check_bag([*drive()[:1], (1, detections(0, []))], "a.mcap: there is no detection")
+
+    def test_tables_have_rows(self):
+        seen = (1, detections(0, [("8", 3.0, 1.0, 0.0, "a")]))
+        self.check_bag([seen], "a.mcap: the topic of the odometry has no message")
+        absurd = (0, odometry(0, 1e200, 0, 0))
+        self.check_bag([seen, absurd], "a.mcap: the topic of the odometry has no pose that serves")
+        topics = [*TOPICS, ("/fix", FIX)]
+        fixes = [(2, Cdr().header(k).put("b", 0).put("H", 1).put("d", *fix).whole())
+                 for k, fix in enumerate(((1e200, 0, 0), (91, 0, 0), (0, 400, 0), (0, 0, 1e200)))]
+        ran = self.run_script(bag(topics, [*drive(), *fixes]), "--truth", "/fix")
+        self.check_refused(ran, "a.mcap: /fix tells nothing that is true")
+        self.assertIn("they are none: 4\n", ran.stdout)
+
+    def test_quaternions_of_any_length(self):
+        for length in (1e-3, 2, 1e200):
+            message = Cdr().header(0).put("d", 1, 2, 0, 0, 0, length * math.sin(0.5), length * math.cos(0.5)).whole()
+            ran = self.run_script(bag([("/pose", POSE), TOPICS[1]], [(0, message), drive()[1]]), "--plane")
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertAlmostEqual(float(self.table("odometry.csv")[0]["yaw"]), 1.0)
+
+    def test_transforms_that_are_none(self):
+        topics = [*TOPICS, ("/tf_static", TRANSFORMS)]
+        for q in ((0, 0, 0, 0), (0, 0, 0, math.nan)):
+            mount = Cdr().put("I", 1).header(0, "base").string("map").put("d", 1, 0, 0.5, *q).whole()
+            self.check_bag([*drive(), (2, mount)], "a.mcap: the transforms from base to map are none", "--base", "base",
+                           topics=topics)
+
+    def test_an_output_that_is_full(self):
+        (self.at / "a.mcap").write_bytes(bag(TOPICS, drive()))
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            command = [sys.executable, "-B", SCRIPT, self.at / "a.mcap", "-o", self.at, "--plane"]
+            ran = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+        self.check_tables()
+
+    def test_a_signal_leaves_nothing(self):
+        bags = self.module("mcap_bag")
+        for error, code in ((KeyboardInterrupt(), 130), (SystemExit(143), None)):
+            def convert(_, error=error):
+                with bags.staged(self.at / "new", self.at / "new", "refused") as part:
+                    (part / "a").write_text("new")
+                    raise error
+            options = type("Options", (), {"bag": ["a.mcap"]})
+            if code:
+                self.assertEqual(bags.told("x", convert, options), code)
+            else:
+                self.assertRaises(SystemExit, bags.told, "x", convert, options)
+            self.assertEqual(self.names(), [])
 
     def test_the_tables_become_a_map(self):
         programs = os.environ.get("HYBRID_BIN")

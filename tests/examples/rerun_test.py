@@ -92,8 +92,10 @@ class Rerun(unittest.TestCase):
     def test_a_file_and_mistakes(self):
         ran, calls = self.shown(json.dumps(LINES[0]) + "\n", "-o", "a.rrd")
         self.assertEqual((ran.returncode, calls[:2]), (0, [["init", "hybrid", False], ["save", "a.rrd"]]))
-        ran, _ = self.shown("12 keyframes\n")
-        self.assertIn("standard input is what hybrid-replay --stream writes", ran.stderr)
+        for bad in ("12 keyframes", json.dumps({**LINES[0], "pose": [1]}), json.dumps({**LINES[0], "changed": ["tree"]})):
+            ran, _ = self.shown(bad + "\n")
+            self.assertEqual(len(ran.stderr.splitlines()), 1, ran.stderr)
+            self.assertIn("standard input is what hybrid-replay --stream writes", ran.stderr)
         (self.at / "rerun.py").write_text("raise ImportError")
         ran, _ = self.shown("")
         self.assertEqual(ran.returncode, 1)
