@@ -304,6 +304,7 @@ void ExtendedCholesky::Builder::solve_lower(const Front& front, int columns, Mat
 /// from the blocks behind alone.
 void ExtendedCholesky::Builder::solve_upper(const Front& front, int columns, bool homogeneous,
                                             Matrix& x) const {
+  if (x.cols() == 0) return;
   for (int f = static_cast<int>(&front - fronts_.data()); f >= front.first; --f) {
     const Front& at = fronts_[f];
     for (int k = &at == &front ? columns : static_cast<int>(at.columns.size()); k-- > 0;) {

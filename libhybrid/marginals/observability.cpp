@@ -56,7 +56,7 @@ ObservedVector observe_vector(const HybridGraph& graph, const Estimate& estimate
   result.sigmas = result.values;
   result.observable.assign(dim, false);
   for (int i = 0; i < dim; ++i) {
-    result.observable[i] = free.row(i).norm() < kAlong;
+    result.observable[i] = free.cols() == 0 || free.row(i).norm() < kAlong;
     if (!result.observable[i]) continue;
     result.values[i] = estimate.values.data(key)[i];
     result.sigmas[i] = std::sqrt(variances[i]);

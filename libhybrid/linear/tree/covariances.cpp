@@ -190,6 +190,7 @@ PathRows TreeCovariances::substitute(const std::vector<int>& variables,
   }
   Eigen::MatrixXd& z = out.z;
   z = Eigen::MatrixXd::Zero(rows, columns);
+  if (columns == 0) return out;
   const auto rows_of = [&](int v) { return z.middleRows(row_of.at(v), system_.dim(v)); };
 
   int own = 0;  // first column of a variable in J

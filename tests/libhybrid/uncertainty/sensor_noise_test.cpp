@@ -105,7 +105,7 @@ TEST(SensorNoise, ThatLastsIsMeasuredWhole) {
     angle += noise.angle.value / kSeeds;
   }
   EXPECT_NEAR(range, 0.102, 0.02);
-  EXPECT_NEAR(angle, 0.01, 0.0015);
+  EXPECT_NEAR(angle, 0.01, 0.002);
 }
 
 TEST(SensorNoise, SaysWhereTheLogCannotTell) {

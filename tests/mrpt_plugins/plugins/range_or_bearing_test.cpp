@@ -38,7 +38,7 @@ TEST_P(RangeOrBearing, BeaconsFindTheirPlacesFromRangesAlone) {
   for (int i = 0; i < 40; ++i) mapper.add(world.with_ranges(i, 0));
   mapper.finish();
   // In space the robot rises by a metre only, which tells heights less well.
-  expect_beacons(mapper.result(), world, GetParam() ? 0.5 : 0.15);
+  expect_beacons(mapper.result(), world, GetParam() ? 0.5 : 0.2);
 }
 
 TEST_P(RangeOrBearing, LandmarksFindTheirDepthsAndClassesFromDirectionsAlone) {
@@ -60,7 +60,7 @@ TEST(BeaconRanges, HiddenIdentitiesAreFoundOut) {
     for (int i = 0; i < 60; ++i) mapper.add(world.with_ranges(i, share));
     mapper.finish();
     const MapResult result = mapper.result();
-    expect_beacons(result, world, 0.2);
+    expect_beacons(result, world, 0.25);
     double sum = 0;
     for (int i = 0; i < 60; ++i) {
       sum += std::pow(
@@ -115,7 +115,7 @@ TEST_P(RangeOrBearing, ABeaconInTheWrongPlaceIsPlacedAgain) {
     ASSERT_LT((early.position - world.beacons[3]).norm(), 2.0) << "not where it was to be";
   }
   mapper.finish();
-  expect_beacons(mapper.result(), world, GetParam() ? 0.5 : 0.2);
+  expect_beacons(mapper.result(), world, GetParam() ? 0.5 : 0.25);
   EXPECT_TRUE(mapper.warnings().empty());
   EXPECT_EQ(mapper.decisions().size(), hidden);
 }
@@ -135,7 +135,7 @@ TEST(BeaconRanges, FalseRangesAreCountedOrFoundOut) {
     mapper.add(keyframe);
   }
   mapper.finish();
-  expect_beacons(mapper.result(), world, 0.15);
+  expect_beacons(mapper.result(), world, 0.2);
   for (const char* why :
        {"range dropped: not positive", "range dropped: not finite", "range dropped: above limit"}) {
     EXPECT_EQ(mapper.dropped().at(why), 1U) << why;
@@ -156,7 +156,7 @@ TEST(BeaconRanges, ABeaconStaysWhileItsRangesAreLong) {
     ASSERT_TRUE(i <= 40 || mapper.landmarks().find(0) != nullptr) << "keyframe " << i;
   }
   mapper.finish();
-  expect_beacons(mapper.result(), world, 0.15);
+  expect_beacons(mapper.result(), world, 0.2);
 }
 
 TEST(BeaconRanges, WhatHasNoPlaceIsSaid) {
