@@ -92,6 +92,10 @@ void add_output_folder(CLI::App& app, std::string& output) {
       ->capture_default_str();
 }
 
+std::string fault_of_file_name(const std::string& name) {
+  return name.empty() ? "names no file" : "";
+}
+
 void add_picture_format(CLI::App& app, PictureFormat& format) {
   const auto take = [&format](const std::string& name) { format = picture_format(name); };
   app.add_option_function<std::string>(

@@ -19,6 +19,9 @@ void add_settings(CLI::App& app, std::vector<std::string>& settings);
 /// Adds the option -o of a program that writes a folder.
 void add_output_folder(CLI::App& app, std::string& output);
 
+/// What is wrong with the name of a file that an option names, or "".
+std::string fault_of_file_name(const std::string& name);
+
 /// Adds the option --picture-format of a program that draws.
 void add_picture_format(CLI::App& app, PictureFormat& format);
 

@@ -57,7 +57,10 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("A.hmap B.hmap ...")
       ->required()
       ->expected(2, 1000);
-  join->add_option("-o,--output", o.output, "the new map file")->type_name("C.hmap")->required();
+  join->add_option("-o,--output", o.output, "the new map file")
+      ->type_name("C.hmap")
+      ->required()
+      ->check(&fault_of_file_name);
   join->add_option("--odds", o.odds, "evidence that a common place needs")
       ->check(CLI::Range(1.0, 1e300))
       ->capture_default_str();

@@ -93,7 +93,8 @@ void add_plugins_and_map(CLI::App& app, ReplayRequest& request) {
   add_settings(app, request.settings);
   app.add_option("--map", request.map,
                  "map file that the log makes, extends or is localised in, instead of [map] file")
-      ->type_name("F.hmap");
+      ->type_name("F.hmap")
+      ->check(&fault_of_file_name);
   app.add_option("--map-mode", request.map_mode, "what the log does to it, instead of [map] mode")
       ->type_name("MODE")
       ->check(CLI::IsMember({"auto", "build", "extend", "localize"}));

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "libhybrid/core/error.h"
@@ -20,10 +21,30 @@ struct Costs {
   double outlier = 0.0;
 };
 
-void check_weights(const MixtureOptions& options) {
-  if (!(options.inlier_weight > 0.0) || !(options.outlier_weight > 0.0)) {
-    throw Error("weights of inliers and outliers must be positive");
-  }
+/// Throws SettingsError, which names the option, where these are no model. All robust methods do.
+void check(const MixtureOptions& options) {
+  const auto need = [](bool holds, const char* name, double value, const char* what) {
+    if (holds) return;
+    std::ostringstream text;
+    text << name << " of the model of true and false closures is " << value << "; it must be "
+         << what;
+    throw SettingsError(text.str());
+  };
+  const auto is_weight = [](double weight) { return weight > 0.0 && std::isfinite(weight); };
+  need(options.outlier_variance >= 1.0 && options.outlier_variance <= 1e12, "outlier_variance",
+       options.outlier_variance, "from 1 to 1e12");
+  need(is_weight(options.inlier_weight), "inlier_weight", options.inlier_weight,
+       "a positive number");
+  need(is_weight(options.outlier_weight), "outlier_weight", options.outlier_weight,
+       "a positive number");
+  const double null = options.null_hypothesis.value_or(0.0);
+  need(std::isfinite(null), "null_hypothesis", null, "a finite number");
+}
+
+void check_decisions(const RobustProblem& problem, const std::vector<bool>& accepted) {
+  if (accepted.size() == problem.closures.size()) return;
+  throw Error("decisions on " + std::to_string(accepted.size()) + " closures for " +
+              std::to_string(problem.closures.size()));
 }
 
 /// -log density of the constant outlier model; empty for the wide Gaussian.
@@ -47,13 +68,13 @@ Costs component_costs(const ContinuousFactor& closure, double cost, const Mixtur
 
 HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
                                 const MixtureOptions& options) {
+  check(options);
   const std::optional<double> null = null_density(*factor, options);
   if (!null) {
     return make_outlier_mixture(closure_switch(closure), factor,
                                 std::make_shared<Inflated>(factor, options.outlier_variance),
                                 options.inlier_weight, options.outlier_weight);
   }
-  check_weights(options);
   std::vector<MixtureComponent> components;
   components.push_back({factor, -std::log(options.inlier_weight), false});
   components.push_back({nullptr, *null - std::log(options.outlier_weight), true});
@@ -62,7 +83,7 @@ HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& 
 }
 
 OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& options) {
-  check_weights(options);
+  check(options);
   const double prior = 2.0 * std::log(options.inlier_weight / options.outlier_weight);
   if (options.null_hypothesis) {
     return {INFINITY, 2.0 * (*options.null_hypothesis - closure.log_normalizer()) + prior};
@@ -72,6 +93,7 @@ OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& 
 }
 
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options) {
+  check(options);
   HybridGraph graph(problem.trusted);
   for (std::size_t k = 0; k < problem.closures.size(); ++k) {
     graph.add(closure_mixture(k, problem.closures[k], options));
@@ -81,10 +103,7 @@ HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& op
 
 std::vector<ContinuousFactorPtr> factors_in_force(const RobustProblem& problem,
                                                   const std::vector<bool>& accepted) {
-  if (accepted.size() != problem.closures.size()) {
-    throw Error("decisions on " + std::to_string(accepted.size()) + " closures for " +
-                std::to_string(problem.closures.size()));
-  }
+  check_decisions(problem, accepted);
   std::vector<ContinuousFactorPtr> factors = problem.trusted;
   for (std::size_t k = 0; k < accepted.size(); ++k) {
     if (accepted[k]) factors.push_back(problem.closures[k]);
@@ -102,6 +121,8 @@ Assignment to_assignment(const std::vector<bool>& accepted) {
 
 JointObjective joint_objective(const RobustProblem& problem, const Values& values,
                                const std::vector<bool>& accepted, const MixtureOptions& options) {
+  check(options);
+  check_decisions(problem, accepted);
   JointObjective joint;
   for (const ContinuousFactorPtr& factor : problem.trusted) {
     const double cost = factor->cost(values);
@@ -121,6 +142,8 @@ JointObjective joint_objective(const RobustProblem& problem, const Values& value
 std::vector<ClosureDecision> make_decisions(const RobustProblem& problem, const Values& values,
                                             const std::vector<bool>& accepted,
                                             const MixtureOptions& options) {
+  check(options);
+  check_decisions(problem, accepted);
   std::vector<ClosureDecision> decisions(problem.closures.size());
   for (std::size_t k = 0; k < decisions.size(); ++k) {
     const ContinuousFactor& closure = *problem.closures[k];

@@ -13,6 +13,7 @@
 namespace hybrid {
 namespace {
 
+constexpr int kMostDim = 4096;  // a matrix of 128 MB
 constexpr double kLog2Pi = 1.8378770664093454836;
 
 void check_symmetric(const Eigen::MatrixXd& m, const char* name) {
@@ -35,7 +36,10 @@ Noise::Noise(Eigen::MatrixXd sqrt_information) : sqrt_information_(std::move(sqr
 }
 
 Noise Noise::isotropic(int dim, double sigma) {
-  if (dim < 1) throw Error("noise needs at least one dimension, got " + std::to_string(dim));
+  if (dim < 1 || dim > kMostDim) {
+    throw Error("noise may have 1 to " + std::to_string(kMostDim) + " dimensions, got " +
+                std::to_string(dim));
+  }
   return diagonal(Eigen::VectorXd::Constant(dim, sigma));
 }
 

@@ -11,25 +11,24 @@
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/discrete/detail/local_search.h"
 #include "libhybrid/discrete/detail/variable_elimination.h"
+#include "libhybrid/discrete/impossible.h"
 
 namespace hybrid {
 namespace {
 
-std::string names(const DiscreteGraph& graph, const std::vector<int>& variables) {
-  std::string text;
-  for (std::size_t i = 0; i < variables.size() && i < 12; ++i) {
-    text += (i == 0 ? "" : ", ") + to_string(graph.variables()[variables[i]].key);
-  }
-  if (variables.size() > 12) text += ", ... (" + std::to_string(variables.size()) + " variables)";
-  return text;
+std::vector<Key> keys_of(const DiscreteGraph& graph, const std::vector<int>& variables) {
+  std::vector<Key> keys;
+  for (const int v : variables) keys.push_back(graph.variables()[v].key);
+  return keys;
 }
 
 std::string describe(const DiscreteGraph& graph, const TooLarge& failure,
                      const TableLimits& limits) {
   std::ostringstream text;
   text << "exact discrete inference needs " << failure.entries << " table entries over "
-       << names(graph, failure.variables) << ", beyond the limits of " << limits.max_table
-       << " (max_table) and " << limits.max_total << " for all tables (max_total)";
+       << names_of(keys_of(graph, failure.variables)) << ", beyond the limits of "
+       << limits.max_table << " (max_table) and " << limits.max_total
+       << " for all tables (max_total)";
   return text.str();
 }
 
@@ -146,8 +145,7 @@ double calibrate(const DiscreteGraph& graph, const JunctionForest& forest,
   }
   const double log_sum = elimination.calibrate();
   if (!elimination.impossible().empty()) {
-    throw Error("no joint value of " + names(graph, elimination.impossible()[0]) +
-                " is possible: every one has infinite cost");
+    throw Error(no_joint_value(keys_of(graph, elimination.impossible()[0])));
   }
   return log_sum;
 }

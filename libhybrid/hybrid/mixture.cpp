@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace hybrid {
@@ -61,6 +62,12 @@ Mixture::Mixture(std::vector<DiscreteKey> discrete_keys, std::vector<MixtureComp
   }
   positions_.resize(components_.size());
   for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (!(components_[c].constant > -std::numeric_limits<double>::infinity())) {
+      throw Error("component " + std::to_string(c) + " of a mixture over " +
+                  names_of(this->discrete_keys()) + " has the constant " +
+                  std::to_string(components_[c].constant) +
+                  "; it must be a number, or infinity where it is impossible");
+    }
     if (components_[c].factor == nullptr) continue;
     for (Key key : components_[c].factor->keys()) {
       positions_[c].push_back(std::find(keys().begin(), keys().end(), key) - keys().begin());

@@ -14,6 +14,9 @@ namespace {
 
 /// A mixture of the components, which collects and checks their variables.
 Mixture as_mixture(const std::vector<MixtureComponent>& components) {
+  for (const MixtureComponent& c : components) {
+    if (!std::isfinite(c.constant)) throw Error("a component of a soft mixture has no weight");
+  }
   return {{{Key(key_letter::kComponent, 0), static_cast<int>(components.size())}}, components};
 }
 
@@ -50,7 +53,6 @@ SoftMixture::SoftMixture(std::vector<MixtureComponent> components, double temper
   Eigen::VectorXd base(components_.size());
   for (std::size_t k = 0; k < components_.size(); ++k) {
     const MixtureComponent& c = components_[k];
-    if (!std::isfinite(c.constant)) throw Error("a component of a soft mixture has no weight");
     base[static_cast<Eigen::Index>(k)] =
         c.constant + (c.factor == nullptr ? 0.0 : c.factor->log_normalizer());
     positions_.emplace_back();

@@ -51,6 +51,12 @@ bool next(const std::vector<DiscreteKey>& keys, std::vector<int>& values) {
   return false;
 }
 
+Error impossible(const PosteriorModel& model, const char* hint) {
+  const auto& keys = model.selectors().empty() ? model.rest() : model.selectors();
+  return Error("no joint value of " + to_string(keys.front().key) +
+               " and the variables tied to it is possible" + hint);
+}
+
 /// The posterior of a model by the sum over all joint values of its selectors.
 AssignmentPosterior enumerate_posterior(PosteriorModel& model) {
   AssignmentPosterior out;
@@ -60,10 +66,7 @@ AssignmentPosterior enumerate_posterior(PosteriorModel& model) {
     most = std::max(most, model.at(values).log);
   } while (next(model.selectors(), values));
   if (!model.under_constrained().empty()) return out;
-  if (!std::isfinite(most)) {
-    throw Error("no joint value of " + to_string(model.selectors().front().key) +
-                " and the variables tied to it is possible");
-  }
+  if (!std::isfinite(most)) throw impossible(model, "");
   int size = 0;
   for (const DiscreteKey& key : model.selectors()) size += key.cardinality;
   for (const DiscreteKey& key : model.rest()) size += key.cardinality;
@@ -96,13 +99,27 @@ AssignmentPosterior sample_posterior(PosteriorModel& model, const PosteriorOptio
   GibbsModel gibbs;
   for (const DiscreteKey& key : model.selectors()) gibbs.cardinalities.push_back(key.cardinality);
   gibbs.pairs = model.pairs();
-  gibbs.log_weight = [&](const std::vector<int>& values) { return model.at(values).log; };
-  if (!model.rest().empty()) {
-    gibbs.expectations = [&](const std::vector<int>& values) { return model.at(values).rest; };
+  double most = -INFINITY;
+  gibbs.log_weight = [&](const std::vector<int>& values) {
+    const double log = model.at(values).log;
+    most = std::max(most, log);
+    return log;
+  };
+  int size = 0;
+  for (const DiscreteKey& key : model.rest()) size += key.cardinality;
+  if (size > 0) {
+    gibbs.expectations = [&](const std::vector<int>& values) {
+      std::vector<double> rest = model.at(values).rest;
+      rest.resize(size, 0.0);  // there are none while the values are impossible
+      return rest;
+    };
   }
   const BatchMeans means = sample_marginals(
       gibbs, model.present(), {options.standard_error, options.max_sweeps, options.seed});
   if (!model.under_constrained().empty()) return out;
+  if (!std::isfinite(most)) {
+    throw impossible(model, " of those that were sampled; begin with values that are");
+  }
   const std::vector<double> p = means.mean();
   const std::vector<double> error = means.standard_error();
   std::size_t at = 0;
@@ -123,7 +140,7 @@ struct Context {
 };
 
 bool few(const Context& context, const std::vector<Key>& selectors) {
-  const std::size_t limit = context.options.max_assignments;
+  const std::size_t limit = std::max<std::size_t>(context.options.max_assignments, 1);
   return bounded_size(context.index, selectors, limit) <= limit;
 }
 

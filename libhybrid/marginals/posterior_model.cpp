@@ -226,9 +226,8 @@ const PosteriorModel::Weight& PosteriorModel::at(const std::vector<int>& values)
       Weight());
   Weight& weight = it->second;
   if (!is_new) return weight;
-  weight.log = -kInfinity;
-  if (!discrete_weight(values, weight)) return weight;
-  const std::optional<double> change = log_change(values);
+  const std::optional<double> change =
+      discrete_weight(values, weight) ? log_change(values) : std::nullopt;
   weight.log = change ? weight.log + *change : -kInfinity;
   return weight;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
@@ -179,6 +180,10 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
 }
 
 ClosureStatus OnlineSelection::status(std::size_t closure) const {
+  if (closure >= closures_.size()) {
+    throw Error("there is no closure " + std::to_string(closure) + "; there are " +
+                std::to_string(closures_.size()));
+  }
   if (accepted(closure)) return ClosureStatus::kAccepted;
   return closures_[closure].decision.evidence < 0.0 ? ClosureStatus::kRejected
                                                     : ClosureStatus::kUndecided;

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/discrete/impossible.h"
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/smoother/detail/step_control.h"
 
@@ -21,6 +23,21 @@ constexpr double kMinorGain = 1.0;
 /// What `settle` may leave undone, as a share of what updates may: where decisions compare
 /// objectives, it must be far below what decides.
 constexpr double kSettled = 1e-2;
+
+/// Throws Error that names variables of which no joint value is possible, if there are any.
+void refuse_impossible(const DiscreteHalf& half, const DiscreteOptions& options) {
+  std::set<Key> left;
+  for (const auto& [key, value] : half.assignment()) left.insert(key);
+  while (!left.empty()) {
+    const std::vector<const Table*> tables = half.component(*left.begin());
+    left.erase(left.begin());
+    for (const Table* table : tables) {
+      for (const DiscreteKey& key : table->keys()) left.erase(key.key);
+    }
+    const DiscreteSolution solved = solve_discrete(tables, options, &half.assignment());
+    if (!solved.impossible.empty()) throw Error(no_joint_value(solved.impossible));
+  }
+}
 
 }  // namespace
 
@@ -35,6 +52,10 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   state_.start_change();
   try {
     change(report);
+    if (report.status == UpdateReport::Status::kOk && !std::isfinite(objective())) {
+      state_.refresh_tables();
+      refuse_impossible(state_.discrete(), options_.discrete);
+    }
     if (report.status == UpdateReport::Status::kOk) report.changed = state_.changed();
   } catch (...) {
     state_.undo_failed();
@@ -129,6 +150,9 @@ UpdateReport IncrementalSmoother::settle(int max_updates) {
 }
 
 UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
+  if (!(tolerance >= 0.0)) {
+    throw Error("the tolerance of converge must not be negative, got " + std::to_string(tolerance));
+  }
   return all_or_nothing([&](UpdateReport& report) {
     while (report.rounds < max_rounds) {
       const double before = objective();

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/discrete/impossible.h"
 #include "libhybrid/solvers/detail/convergence.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
@@ -35,6 +37,7 @@ class Alternation {
     while (report_.iterations < options_.max_iterations) {
       const double before = objective_;
       const int flips = discrete_half_step();
+      if (!report_.message.empty()) return finish(AlternatingStatus::kNotFinite);
       if (report_.iterations > 0 && flips == 0 && settled())
         return finish(report_.last_solve.status);
       ++report_.iterations;
@@ -61,6 +64,7 @@ class Alternation {
     Assignment proposal = assignment_;
     const DiscreteReport solved = update_assignment(tables, options_.discrete, proposal);
     report_.discrete_exact = report_.discrete_exact && solved.exact;
+    if (!solved.impossible.empty()) report_.message = no_joint_value(solved.impossible);
     int flips = static_cast<int>(solved.changed.size());
     if (flips > 0) {
       problem_.set_assignment(proposal);
@@ -92,6 +96,10 @@ class Alternation {
   }
 
   AlternatingReport finish(AlternatingStatus status) {
+    if (status == AlternatingStatus::kConverged && objective_ == kInfinity) {
+      status = AlternatingStatus::kNotFinite;
+      report_.message = no_joint_value({});
+    }
     report_.status = status;
     report_.objective = objective_;
     report_.cost = problem_.cost(state_);
@@ -99,7 +107,7 @@ class Alternation {
     if (status == AlternatingStatus::kIterationLimit) {
       report_.message = "the assignment still changed, or the objective fell, after " +
                         std::to_string(report_.iterations) + " pairs of half-steps, the limit";
-    } else if (report_.iterations > 0) {
+    } else if (report_.message.empty()) {
       report_.message = to_string(status) + " after " + std::to_string(report_.iterations) +
                         " pairs of half-steps; the last solve: " + report_.last_solve.message;
     }

@@ -22,17 +22,25 @@ void LogMerge::add(const std::string& name, const std::string& rawlog,
   logs_.push_back({name, std::make_unique<KeyframeSource>(rawlog, options), std::nullopt, false});
 }
 
-std::optional<Keyframe> LogMerge::next() {
-  Log* earliest = nullptr;
+bool LogMerge::begins() {
+  bool any = false;
   for (Log& log : logs_) {
     if (!log.ahead && !log.ended) {
       log.ahead = log.source->next();
       log.ended = !log.ahead;
     }
+    any = any || log.ahead;
+  }
+  return any;
+}
+
+std::optional<Keyframe> LogMerge::next() {
+  if (!begins()) return std::nullopt;
+  Log* earliest = nullptr;
+  for (Log& log : logs_) {
     if (!log.ahead) continue;
     if (earliest == nullptr || log.ahead->time < earliest->ahead->time) earliest = &log;
   }
-  if (earliest == nullptr) return std::nullopt;
   std::optional<Keyframe> out = std::exchange(earliest->ahead, std::nullopt);
   out->robot = static_cast<std::size_t>(earliest - logs_.data());
   return out;

@@ -21,6 +21,8 @@ class LogMerge {
   /// one. Throws Error if the file is missing or cannot be opened.
   void add(const std::string& name, const std::string& rawlog, const SourceOptions& options);
 
+  /// Whether there is a keyframe; `next` gives it.
+  bool begins();
   /// The next keyframe, with the number of its robot.
   std::optional<Keyframe> next();
 

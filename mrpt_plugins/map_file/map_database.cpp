@@ -68,6 +68,7 @@ void check_tables(SQLite::Database& database, int version) {
 }  // namespace
 
 fs::path map_path(const fs::path& file) {
+  if (file.empty()) throw Error("the map file has no name; name one, such as park.hmap");
   std::error_code unknown;
   fs::path path = file;
   for (int i = 0; i < kMostLinks && fs::is_symlink(path, unknown); ++i) {
@@ -87,11 +88,16 @@ fs::path map_path(const fs::path& file) {
     default:
       throw refuse(": is a device, not a map file");
   }
-  const fs::path whole = fs::weakly_canonical(path, unknown);
+  // Absolute, since SQLite takes some names, such as :memory:, for databases that are no files.
+  const fs::path full = fs::absolute(path, unknown);
+  const fs::path whole = fs::weakly_canonical(full, unknown);
   return unknown || whole.empty() ? path : whole;
 }
 
 std::unique_ptr<SQLite::Database> open_map(const fs::path& file, int flags) {
+  std::error_code unknown;
+  // SQLite takes a file of one byte for an empty one.
+  if (fs::file_size(file, unknown) == 1) throw Error("is no map: not a SQLite database");
   auto database = std::make_unique<SQLite::Database>(file.string(), flags, kPatience);
   sqlite3* handle = database->getHandle();
   sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestCell);
@@ -131,9 +137,14 @@ void check_map(SQLite::Database& database) {
 
 Error explained(const fs::path& file, const SQLite::Exception& e) {
   const std::string name = file.string() + ": ", what = in_a_line(e.what());
+  std::error_code unknown;
+  const char* left = fs::file_size(file, unknown) == 0 ? "; nothing is written"
+                                                       : "; the map holds what it did before this";
   switch (e.getErrorCode()) {
     case SQLITE_FULL:
-      return Error(name + "no room left on its disk; the map holds what it did before this");
+      return Error(name + "no room left on its disk" + left);
+    case SQLITE_IOERR:
+      return Error(name + what + " (is a limit of the size of files reached?)" + left);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return Error(name + "another program is writing it; try again when it has ended");

@@ -65,25 +65,23 @@ bool has_checksum(const fs::path& file) {
 }
 
 MapFile::MapFile(fs::path file) : file_(std::move(file)), lock_(lock_of(map_path(file_)), file_) {
-  const bool fresh = about_map(file_, [&] {
+  about_map(file_, [&] {
     const fs::path path = map_path(file_);
     refuse_hard_links(path);
+    std::error_code unknown;
+    if (!fs::exists(path, unknown)) made_ = path;
     database_ = open_map(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-    if (holds_nothing(*database_)) return true;
+    if (holds_nothing(*database_)) return;
     check_map(*database_);
     record_ = read_rows(*database_);
-    return false;
-  });
-  if (!fresh) return;
-  transaction([&] {
-    database_->exec(map_schema::kTables);
-    database_->exec(fmt::format("PRAGMA application_id = {}", map_schema::kApplicationId));
-    write_kind(*database_, record_);
-    return note_checksum(*database_);
   });
 }
 
-MapFile::~MapFile() = default;
+MapFile::~MapFile() {
+  database_.reset();
+  std::error_code unknown;
+  if (!made_.empty()) fs::remove(made_, unknown);
+}
 
 /// Commits what `work` does where it returns true.
 template <class Work>
@@ -91,12 +89,19 @@ void MapFile::transaction(const Work& work) {
   about_map(file_, [&] {
     SQLite::Transaction all(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     const int version = pragma(*database_, "user_version");
+    if (version == 0) {
+      database_->exec(map_schema::kTables);
+      database_->exec(fmt::format("PRAGMA application_id = {}", map_schema::kApplicationId));
+      write_kind(*database_, record_);
+    }
     if (version == 1) database_->exec(map_schema::kFromVersion1);
     if (version < map_schema::kFirstWithScans) database_->exec(map_schema::kScanTables);
     if (version < map_schema::kFirstWithSizes) database_->exec(map_schema::kSizeTable);
     if (version < map_schema::kFirstWithClouds) database_->exec(map_schema::kCloudTable);
     database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
-    if (work()) all.commit();
+    if (!work()) return;
+    all.commit();
+    made_.clear();
   });
 }
 

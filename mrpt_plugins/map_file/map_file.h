@@ -32,8 +32,8 @@ bool has_checksum(const std::filesystem::path& file);
 /// it.
 class MapFile {
  public:
-  /// Opens the file, or creates an empty one. Throws Error as read_map does, and where another
-  /// process writes it.
+  /// Opens the file; a new one is there from its first change on. Throws Error as read_map does,
+  /// and where another process writes it.
   explicit MapFile(std::filesystem::path file);
   ~MapFile();
 
@@ -57,6 +57,7 @@ class MapFile {
   void take_room();
 
   std::filesystem::path file_;
+  std::filesystem::path made_;  // by this, and nothing is in it yet
   WriteLock lock_;
   std::unique_ptr<SQLite::Database> database_;
   MapRecord record_;

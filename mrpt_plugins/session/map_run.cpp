@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -35,13 +34,12 @@ double apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
 }
 
-/// Of what a log holds, decompressed, so that it is known again however it is compressed; empty for
-/// what is no regular file.
+/// Of what a log holds, decompressed, so that it is known again however it is compressed, as far as
+/// it is read; empty for what is no regular file.
 std::string content_hash(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) return "";
-  const InflationLimit none{std::numeric_limits<std::uint64_t>::max(), 0};
   RegularFile file(path);
-  Decoder decoder([&](char* to, std::size_t count) { return file.read(to, count); }, none);
+  Decoder decoder([&](char* to, std::size_t count) { return file.read(to, count); });
   return sha256_of([&](char* to, std::size_t count) { return decoder.read(to, count); });
 }
 

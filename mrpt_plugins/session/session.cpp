@@ -37,7 +37,13 @@ Session::Session(const ReplayRequest& request, ReplaySettings& settings,
     : settings_(settings),
       source_(open_logs(settings)),
       is_3d_(source_.is_3d()),
-      place_(request, settings, provenance, is_3d_, doubt),
+      place_(
+          request, settings,
+          [&] {
+            begin_logs();
+            return provenance();
+          },
+          is_3d_, doubt),
       team_(request, settings, place_.map(), is_3d_),
       plugins_(settings.plugins) {
   if (!team_.message().empty()) source_ = open_logs(settings);  // robots were left out
@@ -79,6 +85,19 @@ std::vector<std::string> Session::files() const {
   return files;
 }
 
+Error Session::no_frame() const {
+  const std::string& why = source_.message();
+  return Error(why.empty() ? "the log holds no frame to map" : why);
+}
+
+/// Throws Error for what holds no frame, before it is hashed for a map file.
+void Session::begin_logs() {
+  about(files(), [&] {
+    if (!source_.begins()) throw no_frame();
+    return 0;
+  });
+}
+
 void Session::map(const Watch& watch) {
   last_ = about(files(), [&] {
     bool is_empty = true;
@@ -92,7 +111,7 @@ void Session::map(const Watch& watch) {
     }
     if (is_empty) {
       throw_if_interrupted();
-      throw Error(source_.message().empty() ? "the log holds no frame to map" : source_.message());
+      throw no_frame();
     }
     if (signal_ != 0) place_.pause(*mapper_);
     return mapper_->finish();

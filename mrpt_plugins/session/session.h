@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/uncertainty/agreement.h"
 #include "mrpt_plugins/input/log_merge.h"
 #include "mrpt_plugins/mapping/detection_archive.h"
@@ -69,6 +70,8 @@ class Session {
  private:
   std::optional<Keyframe> next_keyframe();
   std::vector<std::string> files() const;
+  Error no_frame() const;
+  void begin_logs();
 
   ReplaySettings& settings_;
   LogMerge source_;

@@ -165,6 +165,38 @@ TEST_F(MapTest, RefusesWhatDoesNotFitTheLog) {
   expect_failure("-c " + at("a.ini") + " --map-mode localize --map " + at("b.hmap"), "no such map");
 }
 
+TEST_F(MapTest, AMapThatIsNotMadeLeavesNothing) {
+  write("empty.hmap", "");
+  for (const std::string name : {"empty.hmap", "new.hmap"}) {
+    const Ran ran = run_app("hybrid-replay " + replay_of("", name, "new") + " --map-mode extend");
+    EXPECT_EQ(ran.code, 1);
+    EXPECT_NE(ran.text.find("build it first"), std::string::npos) << ran.text;
+  }
+  EXPECT_EQ(read("empty.hmap"), "");
+  EXPECT_FALSE(std::filesystem::exists(at("new.hmap")));
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  cut("first.rawlog", "--to-index 299");
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "b.hmap", "out")).code, 0);
+  const std::string join = "hybrid-map join " + at("a.hmap") + " " + at("b.hmap") + " -o ";
+  const Ran full = run_app(join + at("c.hmap"), "ulimit -f 4; ");
+  EXPECT_EQ(full.code, 1);
+  EXPECT_NE(full.text.find("nothing is written"), std::string::npos) << full.text;
+  EXPECT_FALSE(std::filesystem::exists(at("c.hmap")));
+  for (const std::string& unnamed :
+       {join, "hybrid-replay " + replay_of("", "", "new") + " --map "}) {
+    const Ran ran = run_app(unnamed + "''");
+    EXPECT_EQ(ran.code, 1);
+    EXPECT_NE(ran.text.find("names no file"), std::string::npos) << ran.text;
+  }
+}
+
+TEST_F(MapTest, AFileThatIsNoLogIsToldBeforeAMapIsLookedAt) {
+  write("noise.rawlog", "neither a log nor anything else");
+  expect_failure("-c " + at("a.ini") + " --rawlog " + at("noise.rawlog") +
+                     " --map-mode localize --map " + at("none.hmap"),
+                 "not a rawlog");
+}
+
 TEST_F(MapTest, ALogWithoutIdsIsLocatedInAMapOfIdsAndDoesNotExtendIt) {
   cut_in_two();
   const std::string known = " --set sensor.ids=log --set plugins.classes=BearingRangeKnownIds";

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 
+#include "libhybrid/closures/objective_bound.h"
+#include "libhybrid/core/error.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/inflated.h"
@@ -79,6 +81,44 @@ TEST(MixtureGraph, ObjectiveIsThatOfTheGraph) {
   MixtureOptions wrong;
   wrong.outlier_weight = 0.0;
   EXPECT_THROW(mixture_graph(problem, wrong), Error);
+}
+
+TEST(MixtureGraph, NeedsADecisionOnEachClosure) {
+  const PoseGraph graph = chain<SE2>(12);
+  const RobustProblem problem = to_robust_problem(graph, initialize_from_odometry(graph));
+  for (const std::size_t count : {10, 8, 0}) {
+    const std::vector<bool> some(count, true);
+    EXPECT_THROW(joint_objective(problem, problem.initial, some), Error) << count;
+    EXPECT_THROW(make_decisions(problem, problem.initial, some), Error) << count;
+    EXPECT_THROW(bound_objective(problem, problem.initial, some, {}, 1), Error) << count;
+  }
+}
+
+TEST(MixtureGraph, RefusesOptionsThatAreNoModel) {
+  const PoseGraph graph = chain<SE2>(12);
+  const RobustProblem problem = to_robust_problem(graph, initialize_from_odometry(graph));
+  const std::vector<bool> accepted(9, true);
+  for (const double wrong : {std::nan(""), -1.0, 0.0, double(INFINITY)}) {
+    std::vector<std::pair<std::string, MixtureOptions>> all(4);
+    all[0].first = "outlier_variance";
+    all[0].second.outlier_variance = wrong;
+    all[1].first = "inlier_weight";
+    all[1].second.inlier_weight = wrong;
+    all[2].first = "outlier_weight";
+    all[2].second.outlier_weight = wrong;
+    all[3].first = "null_hypothesis";
+    all[3].second.null_hypothesis = std::isfinite(wrong) ? -INFINITY : wrong;
+    for (const auto& [name, options] : all) {
+      try {
+        joint_objective(problem, problem.initial, accepted, options);
+        ADD_FAILURE() << name << " " << wrong;
+      } catch (const SettingsError& error) {
+        EXPECT_EQ(std::string(error.what()).rfind(name, 0), 0U) << error.what();
+      }
+      EXPECT_THROW(make_decisions(problem, problem.initial, accepted, options), SettingsError);
+      EXPECT_THROW(mixture_graph(problem, options), SettingsError);
+    }
+  }
 }
 
 TEST(MixtureGraph, VerdictsAreProbabilitiesOfTheMixture) {

@@ -24,8 +24,10 @@ Eigen::MatrixXd random_covariance(testing::Random& random, int dim) {
   return a * a.transpose() + 0.1 * Eigen::MatrixXd::Identity(dim, dim);
 }
 
-TEST(Noise, ANegativeDimensionIsRefused) {
+TEST(Noise, ADimensionBeyondUseIsRefused) {
   EXPECT_THROW(Noise::isotropic(-1, 1.0), Error);
+  EXPECT_THROW(Noise::unit(std::numeric_limits<int>::max()), Error);
+  EXPECT_THROW(Noise::isotropic(std::numeric_limits<int>::max(), -1.0), Error);
   EXPECT_THROW(Noise::isotropic(0, 1.0), Error);
 }
 

@@ -72,6 +72,19 @@ TEST(Mixture, CostsAreMinusLogDensities) {
 TEST(Mixture, RefusesWhatDoesNotFit) {
   EXPECT_THROW(Mixture({kD, kE}, {{prior(kA, 0.0, 1.0), 0.0}}), Error);
   EXPECT_THROW(Mixture({}, {{prior(kA, 0.0, 1.0), 0.0}}), Error);
+  for (const double wrong : {std::nan(""), double(-INFINITY)}) {
+    for (const ContinuousFactorPtr& factor : {prior(kA, 0.0, 1.0), ContinuousFactorPtr()}) {
+      try {
+        Mixture({kD}, {{prior(kA, 0.0, 1.0), 0.0}, {factor, wrong}});
+        ADD_FAILURE() << wrong;
+      } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("component 1 of a mixture over d0"),
+                  std::string::npos)
+            << error.what();
+      }
+    }
+  }
+  EXPECT_NO_THROW(Mixture({kD}, {{prior(kA, 0.0, 1.0), INFINITY}, {nullptr, 0.0}}));
   EXPECT_THROW(Mixture({kD}, {{prior(kA, 0.0, 1.0), 0.0},
                               {std::make_shared<Prior<SE2>>(kA, SE2(), Noise::unit(3)), 0.0}}),
                Error);

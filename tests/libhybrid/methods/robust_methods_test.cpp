@@ -86,6 +86,26 @@ TEST(RobustMethods, SettingsOfSelectionReachEveryMethodThatSelects) {
   }
 }
 
+TEST(RobustMethods, EachRefusesAMixtureThatIsNone) {
+  const auto g = testing::drive_laps<SE2>(3, 6, 1);
+  for (const double wrong : {std::nan(""), -1.0}) {
+    MixtureOptions mixture;
+    mixture.inlier_weight = wrong;
+    MethodOptions options;
+    options.set_mixture(mixture);
+    for (const RobustMethod& method : robust_methods()) {
+      if (method.name == "online") continue;
+      EXPECT_THROW(method.solve(task_of(g), options), SettingsError) << method.name;
+    }
+    OnlineSelection online(options.online);
+    Delta delta;
+    delta.values = g.problem.initial;
+    delta.continuous = g.problem.trusted;
+    EXPECT_THROW(online.update(delta, g.problem.closures), SettingsError);
+    EXPECT_THROW(online.status(0), Error);
+  }
+}
+
 TEST(RobustMethods, OneMixtureForAll) {
   MethodOptions options;
   MixtureOptions mixture;

@@ -286,6 +286,46 @@ TEST(ImpossibleValues, LeaveNoTraceInTheObjective) {
               objective(smoother.graph(), smoother.values(), smoother.assignment()), 1e-9);
 }
 
+TEST(ImpossibleValues, AreRefusedWhereThereIsNoOther) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  IncrementalSmoother smoother;
+  Delta delta;
+  delta.values.insert(pose(0), SE2());
+  const auto prior = std::make_shared<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 0.01));
+  delta.continuous.push_back(prior);
+  delta.discrete.push_back(Table({discrete(0)}, {0.0, infinity}));
+  smoother.update(delta);
+  const std::vector<double> before = snapshot(smoother);
+  std::vector<Delta> impossible(4);
+  impossible[0].discrete.push_back(Table({discrete(0)}, {infinity, 0.0}));
+  impossible[1].discrete.push_back(Table({discrete(1)}, {infinity, infinity}));
+  impossible[2].hybrid.push_back(std::make_shared<Mixture>(
+      std::vector<DiscreteKey>{discrete(1)},
+      std::vector<MixtureComponent>{{prior, infinity}, {nullptr, infinity}}));
+  for (int i = 0; i < 2; ++i) {
+    impossible[3].hybrid.push_back(
+        std::make_shared<Mixture>(std::vector<DiscreteKey>{discrete(1)},
+                                  std::vector<MixtureComponent>{{prior, 1e308}, {prior, 1e308}}));
+  }
+  for (std::size_t i = 0; i < impossible.size(); ++i) {
+    const std::string name = i == 0 ? "d0" : "d1";
+    try {
+      smoother.update(impossible[i]);
+      ADD_FAILURE() << i;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what(),
+                "no joint value of " + name + " is possible: every one has infinite cost");
+    }
+    EXPECT_EQ(snapshot(smoother), before);
+  }
+  EXPECT_EQ(smoother.converge().status, UpdateReport::Status::kOk);
+}
+
+TEST(Convergence, NeedsAToleranceThatCanBeMet) {
+  IncrementalSmoother smoother;
+  for (const double wrong : {std::nan(""), -1.0}) EXPECT_THROW(smoother.converge(3, wrong), Error);
+}
+
 /// With one round per update, the flip that follows from a step stays for the next update; one that
 /// fails must not lose it.
 TEST(FlipsOfTheLastRound, SurviveAFailedUpdate) {

@@ -137,6 +137,22 @@ TEST(Alternating, AVariableOfAnotherTypeIsNamedWithItsFactor) {
   }
 }
 
+TEST(Alternating, SaysWhereNothingIsPossible) {
+  const DiscreteKey d{Key('d', 0), 2};
+  const Table never({d}, {INFINITY, INFINITY});
+  const Table first({d}, {0.0, INFINITY}), second({d}, {INFINITY, 0.0}), huge({d}, {1e308, 1e308});
+  for (const auto& tables : {std::vector<Table>{never}, {first, second}, {huge, huge}}) {
+    auto s = testing::simulate_loops<SE2, BetweenSE2>(5, 2, 0.05, 1);
+    for (const Table& table : tables) s.graph.add(table);
+    for (const int value : {0, 1}) {
+      s.initial.assignment.set(d.key, value);
+      const AlternatingReport report = alternate(s.graph, s.initial).report;
+      EXPECT_EQ(report.status, AlternatingStatus::kNotFinite);
+      EXPECT_EQ(report.message, "no joint value of d0 is possible: every one has infinite cost");
+    }
+  }
+}
+
 TEST(Alternating, StopsAtTheIterationLimit) {
   const auto s = testing::simulate_outliers(12, 8, 0.4, false, 3);
   AlternatingOptions options;

@@ -154,6 +154,36 @@ TEST_F(MapFileTest, OneProcessWritesAMapUnderAllItsNames) {
   EXPECT_THROW(MapFile(at("hard.hmap")), Error);
 }
 
+TEST_F(MapFileTest, ANewOneIsThereFromItsFirstChangeOn) {
+  { const MapFile opened(at("new.hmap")); }
+  EXPECT_FALSE(std::filesystem::exists(at("new.hmap")));
+  write("empty.hmap", "");
+  { const MapFile opened(at("empty.hmap")); }
+  EXPECT_EQ(read("empty.hmap"), "");
+  MapRecord wrong = small_map();
+  wrong.landmarks[0].existence = std::nan("");
+  EXPECT_THROW(MapFile(at("new.hmap")).replace(wrong), Error);
+  EXPECT_THROW(
+      MapFile(at("new.hmap")).replace(small_map(), [] { throw Error("the disk is full"); }), Error);
+  EXPECT_FALSE(std::filesystem::exists(at("new.hmap")));
+  MapFile(at("new.hmap")).replace(small_map());
+  EXPECT_EQ(numbers_of(read_map(at("new.hmap"))), numbers_of(small_map()));
+}
+
+TEST_F(MapFileTest, AByteIsNoMap) {
+  write("byte.hmap", "f");
+  expect_refused("byte.hmap", "is no map: not a SQLite database");
+}
+
+TEST_F(MapFileTest, HasANameAndIsNoDatabaseInMemory) {
+  EXPECT_THROW(MapFile(""), Error);
+  const std::filesystem::path here = std::filesystem::current_path();
+  std::filesystem::current_path(at(""));
+  MapFile(":memory:").replace(small_map());
+  std::filesystem::current_path(here);
+  EXPECT_EQ(read_map(at(":memory:")).sessions.size(), 2U);
+}
+
 TEST_F(MapFileTest, IsARegularFile) {
   ASSERT_EQ(mkfifo(at("pipe.hmap").c_str(), 0600), 0);
   expect_refused("pipe.hmap", "is a pipe, not a map file");
