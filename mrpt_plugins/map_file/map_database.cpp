@@ -140,7 +140,7 @@ Error explained(const fs::path& file, const SQLite::Exception& e) {
   std::error_code unknown;
   const char* left = fs::file_size(file, unknown) == 0 ? "; nothing is written"
                                                        : "; the map holds what it did before this";
-  switch (e.getErrorCode()) {
+  switch (e.getErrorCode() & 0xff) {  // without what SQLite says besides
     case SQLITE_FULL:
       return Error(name + "no room left on its disk" + left);
     case SQLITE_IOERR:

@@ -80,7 +80,9 @@ MapFile::MapFile(fs::path file) : file_(std::move(file)), lock_(lock_of(map_path
 MapFile::~MapFile() {
   database_.reset();
   std::error_code unknown;
-  if (!made_.empty()) fs::remove(made_, unknown);
+  if (made_.empty()) return;
+  fs::remove(made_, unknown);
+  fs::remove(made_.string() + "-journal", unknown);
 }
 
 /// Commits what `work` does where it returns true.
@@ -148,7 +150,7 @@ void MapFile::replace(const MapRecord& record, const std::function<void()>& befo
 /// commit needs no room on the disk.
 void MapFile::take_room() {
   const int code = sqlite3_db_cacheflush(database_->getHandle());
-  if (code != SQLITE_OK) throw SQLite::Exception(database_->getHandle(), code);
+  if (code != SQLITE_OK) throw SQLite::Exception(sqlite3_errstr(code), code);
 }
 
 }  // namespace hybrid

@@ -85,7 +85,7 @@ TEST_F(CloudMapFile, ALaterDriveIsFoundInItAndExtendsIt) {
 }
 
 TEST_F(CloudMapFile, ADriveElsewhereIsNotFoundInIt) {
-  write_clouds("second", testing::long_hall(8), testing::way_along_hall(0.5, 12, -12), 5, 1e9);
+  write_clouds("second", testing::long_hall(9), testing::way_along_hall(0.5, 12, -12), 5, 1e9);
   std::filesystem::remove(at("second.rawlog"));
   import("second", "--odometry " + at("second_odometry.txt"));
   const Json before = info();

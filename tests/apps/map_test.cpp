@@ -89,6 +89,7 @@ TEST_F(MapTest, MapsWithALogInCommonAreNotJoined) {
       << ran.text;
   EXPECT_NE(ran.text.find("would count twice"), std::string::npos) << ran.text;
   EXPECT_FALSE(std::filesystem::exists(at("c.hmap")));
+  EXPECT_FALSE(std::filesystem::exists(at("c.hmap-journal")));
 }
 
 TEST_F(MapTest, ARobotIsNotFoundInAnotherMap) {
