@@ -15,8 +15,11 @@ import pathlib
 import sys
 import tempfile
 
-from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, say, staged, told, topics_of
-from mcap_to_csv import POSES, angles_of, odometry_of, parser_of, product, sensor_pose, tell_dropped, time_of
+from bag_results import staged, told
+from bag_words import BagError, say
+from mcap_bag import Decoder, chosen_topic, files_of, messages_of, topics_of
+from mcap_to_csv import POSES, odometry_of, parser_of, sensor_pose, tell_dropped, time_of
+from rotations import angles_of, product
 
 SCAN = "sensor_msgs/msg/LaserScan"
 LEVEL = math.radians(5)  # a laser that is tilted more does not see the plane

@@ -15,7 +15,9 @@ import math
 import pathlib
 import sys
 
-from mcap_bag import BagError, chosen_topic, files_of, messages_of, named, say, staged, told, topics_of
+from bag_results import staged, told
+from bag_words import BagError, say
+from mcap_bag import chosen_topic, files_of, messages_of, named, topics_of
 from mcap_to_carmen import OUTSIDE, no_odometry, timed_odometry
 from mcap_to_csv import FARTHEST, frame_of, parser_of, sensor_pose_option, tell_dropped
 

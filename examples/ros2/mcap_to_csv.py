@@ -18,7 +18,10 @@ import pathlib
 import re
 import sys
 
-from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, say, staged, told, topics_of
+from bag_results import staged, told
+from bag_words import BagError, say
+from mcap_bag import Decoder, chosen_topic, files_of, messages_of, topics_of
+from rotations import angles_of, composed, quaternion_of
 
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 DETECTIONS, TAGS = "vision_msgs/msg/Detection3DArray", "apriltag_msgs/msg/AprilTagDetectionArray"
@@ -32,39 +35,6 @@ EARTH_RADIUS, EARTH_ECCENTRICITY2 = 6378137.0, 6.69437999014e-3  # WGS 84 [m]
 
 def time_of(header):
     return header["stamp"]["sec"] + 1e-9 * header["stamp"]["nanosec"]
-
-
-# --- Rotations are quaternions (x, y, z, w).
-
-def quaternion_of(q):
-    """Of length 1, or 0."""
-    q = q["x"], q["y"], q["z"], q["w"]
-    return tuple(x / (math.hypot(*q) or 1.0) for x in q)
-
-
-def angles_of(q):
-    """Yaw, pitch and roll [rad]."""
-    x, y, z, w = q
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    return (math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), pitch,
-            math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
-
-
-def product(p, q):
-    (a, b, c, w), (x, y, z, v) = p, q
-    return (w * x + a * v + b * z - c * y, w * y - a * z + b * v + c * x, w * z + a * y - b * x + c * v,
-            w * v - a * x - b * y - c * z)
-
-
-def rotated(q, p):
-    inverse = (-q[0], -q[1], -q[2], q[3])
-    return product(product(q, (*p, 0.0)), inverse)[:3]
-
-
-def composed(first, second):
-    """Poses (position, rotation): that of c in a, of b in a and c in b."""
-    (p, q), (t, r) = first, second
-    return tuple(a + b for a, b in zip(p, rotated(q, t))), product(q, r)
 
 
 # --- Rows of the tables.

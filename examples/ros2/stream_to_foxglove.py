@@ -13,8 +13,8 @@ import json
 import struct
 import sys
 
+from bag_words import DAMAGE
 from foxglove_scene import NAME, SCHEMA, TOPIC, Scene
-from mcap_bag import DAMAGE
 from mcap_writer import McapWriter, nanoseconds
 
 PROTOCOL = "foxglove.websocket.v1"

@@ -12,8 +12,8 @@ import json
 import math
 import sys
 
+from bag_words import DAMAGE
 from foxglove_scene import COLORS, POINTS
-from mcap_bag import DAMAGE
 
 
 class Scene:

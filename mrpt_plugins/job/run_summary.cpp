@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/job/detail/run_summary.h"
+#include "mrpt_plugins/job/run_summary.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

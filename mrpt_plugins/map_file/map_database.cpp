@@ -137,10 +137,8 @@ void check_map(SQLite::Database& database) {
 
 Error explained(const fs::path& file, const SQLite::Exception& e) {
   const std::string name = file.string() + ": ", what = in_a_line(e.what());
-  std::error_code unknown;
-  const char* left = fs::file_size(file, unknown) == 0 ? "; nothing is written"
-                                                       : "; the map holds what it did before this";
-  switch (e.getErrorCode() & 0xff) {  // without what SQLite says besides
+  const char* const left = "; this change is not written";
+  switch (e.getErrorCode() & 0xff) {  // of extended codes the primary one
     case SQLITE_FULL:
       return Error(name + "no room left on its disk" + left);
     case SQLITE_IOERR:

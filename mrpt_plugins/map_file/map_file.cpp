@@ -82,7 +82,7 @@ MapFile::~MapFile() {
   std::error_code unknown;
   if (made_.empty()) return;
   fs::remove(made_, unknown);
-  fs::remove(made_.string() + "-journal", unknown);
+  fs::remove(made_ += "-journal", unknown);  // of a change that could not be written
 }
 
 /// Commits what `work` does where it returns true.

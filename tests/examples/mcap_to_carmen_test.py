@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from mcap_to_csv_test import LINE, ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
+from bags import LINE, ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_carmen.py"
 SCANS = {"sensor_msgs/LaserScan": "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"

@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from mcap_to_csv_test import ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
+from bags import ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_clouds.py"
 CLOUDS = {

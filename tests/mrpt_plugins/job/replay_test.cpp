@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/job/detail/run_summary.h"
+#include "mrpt_plugins/job/run_summary.h"
 #include "tests/support/scratch_folder.h"
 
 namespace hybrid {
