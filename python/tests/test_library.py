@@ -365,7 +365,7 @@ def test_misuse_is_an_error_and_no_crash(tmp_path):
             beyond()
     with pytest.raises(h.Error, match="at least one value"):
         h.DiscreteKey("d0", -1)
-    with pytest.raises(h.Error, match="at least one dimension"):
+    with pytest.raises(h.Error, match="1 to 4096 dimensions"):
         h.Noise.isotropic(-1, 0.1)
 
 
