@@ -9,11 +9,10 @@ import os
 import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from bags import LINE, ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
+from bags import LINE, ODOMETRY, TRANSFORMS, BagTest, Cdr, bag, odometry  # noqa: E402
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_carmen.py"
 SCANS = {"sensor_msgs/LaserScan": "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
@@ -44,12 +43,7 @@ def wall(x, y, angle):
     return min(across, along)
 
 
-class McapToCarmen(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.at = pathlib.Path(self.folder.name)
-
+class McapToCarmen(BagTest):
     def run_script(self, messages, *options, topics=TOPICS):
         (self.at / "a.mcap").write_bytes(bag(topics, messages))
         return self.convert("a.mcap", *options)
