@@ -14,7 +14,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// The model of inliers and outliers (eq. 17).
+/// The model of inliers and outliers (eq. 17). All that take it throw SettingsError, which names
+/// the option, unless the variance is from 1 to 1e12, weights are positive and finite, and the null
+/// hypothesis is finite.
 struct MixtureOptions {
   double outlier_variance = 1e7;
   bool flat = false;  ///< outliers have no gradient, however large their residuals
@@ -43,22 +45,19 @@ inline DiscreteKey closure_switch(std::size_t closure) {
 }
 
 /// The mixture of eq. 17 for one closure. Its outlier component is weak (see Component::weak) if it
-/// is constant, or as wide as make_outlier_mixture requires. Throws Error for weights that are not
-/// positive.
+/// is constant, or as wide as make_outlier_mixture requires.
 HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
                                 const MixtureOptions& options = {});
 
 /// The outlier component of a closure as a line over its squared whitened norm s: relative to the
-/// inlier, which costs s / 2, the outlier costs (s / variance + offset) / 2. Throws Error for
-/// weights that are not positive.
+/// inlier, which costs s / 2, the outlier costs (s / variance + offset) / 2.
 struct OutlierLine {
   double variance = 1.0;  ///< infinite if the outlier model is constant
   double offset = 0.0;
 };
 OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& options);
 
-/// The graph of eq. 16: trusted factors as they are, every closure a mixture. Throws
-/// Error for weights that are not positive.
+/// The graph of eq. 16: trusted factors as they are, every closure a mixture.
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options = {});
 
 /// Trusted factors and accepted closures. Throws Error where there is not a decision on each.
@@ -68,7 +67,8 @@ std::vector<ContinuousFactorPtr> factors_in_force(const RobustProblem& problem,
 /// The assignment of the switches, by closure.
 Assignment to_assignment(const std::vector<bool>& accepted);
 
-/// Objective and cost of values and decisions.
+/// Objective and cost of values and decisions. This and the next throw Error where there is not a
+/// decision on each closure.
 struct JointObjective {
   double objective = 0.0;  ///< of eq. 6, see RobustResult
   double cost = 0.0;       ///< half the weighted squared error of trusted and accepted factors

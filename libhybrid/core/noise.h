@@ -11,7 +11,7 @@ namespace HYBRID_API hybrid {
 class Noise {
  public:
   /// Standard deviations must be positive and finite, matrices symmetric positive definite; else
-  /// Error.
+  /// Error. `dim` is at most 4096, since the matrix is dense.
   static Noise isotropic(int dim, double sigma);
   static Noise diagonal(const Eigen::VectorXd& sigmas);
   static Noise covariance(const Eigen::MatrixXd& covariance);

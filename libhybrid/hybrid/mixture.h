@@ -22,7 +22,8 @@ struct MixtureComponent {
 /// they touch.
 class Mixture : public HybridFactor {
  public:
-  /// Throws Error unless there is one component per joint value.
+  /// Throws Error unless there is one component per joint value, each with a constant that is a
+  /// number or +infinity (impossible).
   Mixture(std::vector<DiscreteKey> discrete_keys, std::vector<MixtureComponent> components);
 
   Component given(const Assignment& assignment) const override;

@@ -104,7 +104,7 @@ class OnlineSelection {
   SelectionReport finish();
 
   const IncrementalSmoother& smoother() const { return smoother_; }
-  /// Rejected, undecided or accepted, at present.
+  /// Rejected, undecided or accepted, at present. Throws Error if there is no such closure.
   ClosureStatus status(std::size_t closure) const;
   /// Verdicts by closure, at the present estimate. Directly after an evaluation of all closures
   /// they are those of the evaluation; else each is made of one covariance.

@@ -70,15 +70,16 @@ class IncrementalSmoother {
   explicit IncrementalSmoother(const SmootherOptions& options = {}) : options_(options) {}
 
   /// Applies a change as a whole. Bad input (unknown or duplicate keys, dead handles, values that
-  /// are not finite, mismatched types) throws Error, a singular system gives a status; either way
-  /// the smoother is as it was before, and a transaction under way is rolled back, to its newest
-  /// mark if it has one.
+  /// are not finite, mismatched types, tables that allow no joint value) throws Error, a singular
+  /// system gives a status; either way the smoother is as it was before, and a transaction under
+  /// way is rolled back, to its newest mark if it has one.
   UpdateReport update(const Delta& delta);
 
   /// Relinearises everything and alternates until the relative decrease of the objective is below
   /// `tolerance` and no discrete variable flips, or for `max_rounds`. The tolerance is one of the
   /// objective, not of variables: near its minimum, an objective of L that is right to 1e-10 L has
-  /// variables within some sqrt(2e-10 L) of their standard deviations, 4e-4 for L = 1000.
+  /// variables within some sqrt(2e-10 L) of their standard deviations, 4e-4 for L = 1000. Throws
+  /// Error unless it is a number that is not negative.
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10);
 
   /// Goes on where the last update has stopped, at the cost of what still moves, with a hundredth

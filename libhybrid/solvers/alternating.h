@@ -42,7 +42,8 @@ struct AlternatingResult {
 /// Alternating minimisation of the joint objective (eq. 8-10): the exact discrete half-step given
 /// the continuous values, then Levenberg-Marquardt given the assignment, until neither changes and
 /// the latter converged (or cannot: see AlternatingStatus). The objective falls or stays at every
-/// half-step; ties keep the incumbent assignment.
+/// half-step; ties keep the incumbent assignment. Where no joint value is possible, the status is
+/// kNotFinite and the message names the variables.
 AlternatingResult alternate(const HybridGraph& graph, const Estimate& initial,
                             const AlternatingOptions& options = {});
 
