@@ -169,13 +169,7 @@ int prune(const Options& options) {
       map.sessions.erase(it);
     } else {
       it->keyframes.clear();
-      const auto forget = [id](auto& local) {
-        local.erase(std::remove_if(local.begin(), local.end(),
-                                   [id](const auto& m) { return m.session == id; }),
-                    local.end());
-      };
-      forget(map.local_maps);
-      forget(map.local_clouds);
+      forget_local_maps(map, id);
     }
   }
   for (const std::string& robot : options.robots) remove_keyframes(name, robot, map);

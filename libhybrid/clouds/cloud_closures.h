@@ -48,7 +48,7 @@ using CloudClosure = PlaceClosure<SE3>;
 
 /// What clouds saw along a stretch of an earlier drive, in the frame of its first cloud.
 struct StoredCloud {
-  UncertainMotion3 T_map_anchor;
+  KnownPlace<SE3> T_map_anchor;
   std::vector<CloudPoint> points;
   double spacing = 0;  ///< between these [m]
 };

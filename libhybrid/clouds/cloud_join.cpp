@@ -150,7 +150,7 @@ std::optional<JoinedMaps> join_maps_by_clouds(const MapRecord& first, const MapR
   JoinedMaps out = join_maps_at(first, second, to_isometry(motion.motion), motion.covariance);
   out.scan_matches = accepted;
   out.log_odds = search.log_odds();
-  const std::vector<UncertainMotion3> anchors = graph.anchors();
+  const std::vector<KnownPlace<SE3>> anchors = graph.anchors();
   for (std::size_t m = 0; m < anchors.size(); ++m) {
     out.map.local_clouds[m].T_map_anchor = anchors[m];
   }

@@ -33,7 +33,7 @@ CloudMapper::CloudMapper(const CloudMapperOptions& options)
     : tracker_(options.tracker), search_(options.closures), graph_(options.selection) {}
 
 void CloudMapper::adopt(std::vector<StoredCloud> stored, const UncertainMotion3& start) {
-  std::vector<UncertainMotion3> places;
+  std::vector<KnownPlace<SE3>> places;
   for (const StoredCloud& cloud : stored) places.push_back(cloud.T_map_anchor);
   graph_.adopt(std::move(places), start);
   search_.store(std::move(stored));

@@ -42,6 +42,7 @@ class CloudMapper {
   UncertainMotion3 relation(std::size_t a, std::size_t b) const { return graph_.relation(a, b); }
   const CloudTracker& tracker() const { return tracker_; }
   const std::vector<StoredCloud>& stored() const { return search_.stored(); }
+  const std::vector<KnownPlace<SE3>>& places() const { return graph_.places(); }
   const std::vector<CloudClosure>& closures() const { return graph_.closures(); }
   /// What became of closures that others have found, so far.
   ProposedCount proposed() const { return search_.proposed(tracker_.clouds()); }

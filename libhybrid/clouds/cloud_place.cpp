@@ -107,7 +107,7 @@ std::vector<StoredScans> plans_of(const std::vector<StoredCloud>& stored, double
   std::vector<StoredScans> out;
   for (const StoredCloud& cloud : stored) {
     const UncertainMotion at = plan_of(cloud.T_map_anchor);
-    out.push_back({scaled(at.motion, scale), scaled(at.covariance, scale),
+    out.push_back({{scaled(at.motion, scale), scaled(at.covariance, scale)},
                    plan_of(cloud.points, level_of(cloud.T_map_anchor.motion), scale)});
   }
   return out;

@@ -34,4 +34,11 @@ Uncertain<Pose> operator*(const Uncertain<Pose>& a, const Uncertain<Pose>& b) {
   return {a.motion * b.motion, Ad * a.covariance * Ad.transpose() + b.covariance};
 }
 
+/// The way back.
+template <class Pose>
+Uncertain<Pose> inverse(const Uncertain<Pose>& a) {
+  const typename Pose::Jacobian Ad = a.motion.adjoint();
+  return {a.motion.inverse(), Ad * a.covariance * Ad.transpose()};
+}
+
 }  // namespace hybrid

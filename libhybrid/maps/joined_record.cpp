@@ -73,7 +73,8 @@ MapLocalCloud moved(MapLocalCloud local, const Eigen::Isometry3d& T,
                     const Eigen::MatrixXd& covariance) {
   UncertainMotion3 motion{to_se3(T), SE3::Jacobian::Zero()};
   if (covariance.rows() == SE3::kDim) motion.covariance = covariance;
-  local.T_map_anchor = motion * local.T_map_anchor;
+  UncertainMotion3& anchor = local.T_map_anchor;
+  anchor = motion * anchor;
   return local;
 }
 
@@ -149,11 +150,13 @@ void record_join(const MapRecord& first, const MapRecord& second, const Landmark
   const SE2::Jacobian covariance = planar_covariance(out.covariance);
   for (MapLocalMap local : second.local_maps) {
     local.session += shift;
+    if (local.parent) local.parent->place += first.local_maps.size();
     map.local_maps.push_back(moved(std::move(local), T, covariance));
   }
   map.local_clouds = first.local_clouds;
   for (MapLocalCloud local : second.local_clouds) {
     local.session += shift;
+    if (local.T_map_anchor.parent) local.T_map_anchor.parent->place += first.local_clouds.size();
     map.local_clouds.push_back(moved(std::move(local), out.T_first_second, out.covariance));
   }
   std::vector<Key> keys;

@@ -103,27 +103,42 @@ void check_sessions(const MapRecord& map, std::vector<std::string>& faults) {
   }
 }
 
+/// Whether a local map has no parent, or one that comes before it and tells where it is.
+template <class Pose>
+bool has_sound_parent(const std::optional<PlaceParent<Pose>>& parent, std::size_t number,
+                      const Eigen::VectorXd& most) {
+  return !parent || (parent->place < number && is_covariance(parent->covariance, most));
+}
+
 void check_local_maps(const MapRecord& map, std::vector<std::string>& faults) {
   const Eigen::Vector3d most(kMostUnknown, kMostUnknown, M_PI);
-  for (const MapLocalMap& local : map.local_maps) {
+  for (std::size_t m = 0; m < map.local_maps.size(); ++m) {
+    const MapLocalMap& local = map.local_maps[m];
     const std::string name = "a local map of session " + std::to_string(local.session);
     if (!is_place({local.pose.x(), local.pose.y(), 0.0})) {
       faults.push_back(name + " is at no place on Earth");
     }
     if (!(std::abs(local.pose.z()) <= 2 * M_PI)) faults.push_back(name + " has no direction");
     if (!is_covariance(local.covariance, most)) faults.push_back(name + " has no covariance");
+    if (!has_sound_parent(local.parent, m, most)) {
+      faults.push_back(name + " is known beside none before it");
+    }
   }
 }
 
 void check_local_clouds(const MapRecord& map, std::vector<std::string>& faults) {
   Eigen::Matrix<double, 6, 1> most;
   most << Eigen::Vector3d::Constant(kMostUnknown), Eigen::Vector3d::Constant(M_PI);
-  for (const MapLocalCloud& local : map.local_clouds) {
+  for (std::size_t m = 0; m < map.local_clouds.size(); ++m) {
+    const MapLocalCloud& local = map.local_clouds[m];
     const std::string name = "a local cloud of session " + std::to_string(local.session);
     const UncertainMotion3& anchor = local.T_map_anchor;
     if (!is_place(anchor.motion.translation())) faults.push_back(name + " is at no place on Earth");
     if (!anchor.motion.is_unit()) faults.push_back(name + " has no direction");
     if (!is_covariance(anchor.covariance, most)) faults.push_back(name + " has no covariance");
+    if (!has_sound_parent(local.T_map_anchor.parent, m, most)) {
+      faults.push_back(name + " is known beside none before it");
+    }
     if (!(local.spacing > 0 && local.spacing <= kMostUnknown)) {
       faults.push_back(name + " has no spacing");
     }

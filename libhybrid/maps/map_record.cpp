@@ -36,4 +36,40 @@ std::optional<MapOrigin> stated_origin(const std::vector<double>& numbers) {
   return MapOrigin{numbers.at(0), numbers.at(1), numbers.at(2), 0, false};
 }
 
+namespace {
+
+std::optional<PlaceParent<SE2>>& parent_of(MapLocalMap& local) {
+  return local.parent;
+}
+
+std::optional<PlaceParent<SE3>>& parent_of(MapLocalCloud& local) {
+  return local.T_map_anchor.parent;
+}
+
+template <class Local>
+void forget_of(std::vector<Local>& all, int session) {
+  std::vector<Local> left;
+  std::vector<std::optional<std::size_t>> number(all.size());  // by that before
+  for (std::size_t m = 0; m < all.size(); ++m) {
+    if (all[m].session == session) continue;
+    number[m] = left.size();
+    left.push_back(std::move(all[m]));
+    auto& parent = parent_of(left.back());
+    if (!parent) continue;
+    if (number[parent->place]) {
+      parent->place = *number[parent->place];
+    } else {
+      parent.reset();
+    }
+  }
+  all = std::move(left);
+}
+
+}  // namespace
+
+void forget_local_maps(MapRecord& map, int session) {
+  forget_of(map.local_maps, session);
+  forget_of(map.local_clouds, session);
+}
+
 }  // namespace hybrid

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
-#include "libhybrid/geometry/uncertain_motion.h"
+#include "libhybrid/geometry/known_place.h"
 #include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/maps/sparse_gaussian.h"
 
@@ -65,6 +65,7 @@ struct MapLocalMap {
   int session = 0;
   Eigen::Vector3d pose = Eigen::Vector3d::Zero();        ///< x, y [m] and angle [rad] in the map
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of that, in its tangent
+  std::optional<PlaceParent<SE2>> parent = {};
   std::vector<MapSurface> surfaces;
 };
 
@@ -77,7 +78,7 @@ struct MapCloudPoint {
 /// What the clouds of a stretch of a session saw, in the frame of its first keyframe.
 struct MapLocalCloud {
   int session = 0;
-  UncertainMotion3 T_map_anchor;
+  KnownPlace<SE3> T_map_anchor;
   double spacing = 0;  ///< between the points [m]
   std::vector<MapCloudPoint> points;
 };
@@ -127,6 +128,10 @@ inline bool holds_places(const MapRecord& map) {
 inline Eigen::MatrixXd joint_covariance(const MapRecord& map) {
   return map.prior.covariance();
 }
+
+/// Removes the local maps of a session. Those that are known beside one of them are known beside
+/// none any more.
+void forget_local_maps(MapRecord& map, int session);
 
 /// The landmarks as what is known before the first keyframe of a session.
 KnownMap known_map(const MapRecord& map);

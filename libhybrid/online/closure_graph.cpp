@@ -24,29 +24,10 @@ ContinuousFactorPtr motion_between(Key from, Key to, const Uncertain<Pose>& meas
                                          Noise::covariance(measured.covariance));
 }
 
-/// Adds a pose that is known.
-template <class Pose>
-void insert_known(Key key, const Uncertain<Pose>& known, Delta& change) {
-  change.values.insert(key, known.motion);
-  change.continuous.push_back(
-      std::make_shared<Prior<Pose>>(key, known.motion, Noise::covariance(known.covariance)));
-}
-
 }  // namespace
 
 template <class Pose>
-Uncertain<Pose> relation_of(Key a, Key b, const IncrementalSmoother& smoother) {
-  const Pose motion = smoother.values().at<Pose>(a).between(smoother.values().at<Pose>(b));
-  Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
-  J << -motion.inverse().adjoint(), Pose::Jacobian::Identity();
-  return {motion, smoother.joint_covariance({a, b}, J)};
-}
-
-template Uncertain<SE2> relation_of(Key, Key, const IncrementalSmoother&);
-template Uncertain<SE3> relation_of(Key, Key, const IncrementalSmoother&);
-
-template <class Pose>
-void ClosureGraph<Pose>::adopt(std::vector<Uncertain<Pose>> places, const Uncertain<Pose>& start) {
+void ClosureGraph<Pose>::adopt(std::vector<KnownPlace<Pose>> places, const Uncertain<Pose>& start) {
   places_ = std::move(places);
   start_ = start;
 }
@@ -54,7 +35,10 @@ void ClosureGraph<Pose>::adopt(std::vector<Uncertain<Pose>> places, const Uncert
 template <class Pose>
 void ClosureGraph<Pose>::begin() {
   Delta change;
-  insert_known(key_of_pose(0), start_, change);
+  const Key first = key_of_pose(0);
+  change.values.insert(first, start_.motion);
+  change.continuous.push_back(
+      std::make_shared<Prior<Pose>>(first, start_.motion, Noise::covariance(start_.covariance)));
   selection_.update(change);
 }
 
@@ -76,7 +60,7 @@ typename SurfaceMatch<Pose>::Spread ClosureGraph<Pose>::spread(std::size_t poses
   std::vector<typename SurfaceMatch<Pose>::Position> positions;
   const std::size_t stride = 1 + poses / kMostPositions;
   for (std::size_t i = 0; i < poses; i += stride) positions.push_back(pose(i).translation());
-  for (const Uncertain<Pose>& place : places_) positions.push_back(place.motion.translation());
+  for (const KnownPlace<Pose>& place : places_) positions.push_back(place.motion.translation());
   typename SurfaceMatch<Pose>::Position mean = SurfaceMatch<Pose>::Position::Zero();
   for (const auto& position : positions) mean += position / double(positions.size());
   typename SurfaceMatch<Pose>::Spread sum = SurfaceMatch<Pose>::Spread::Zero();
@@ -93,9 +77,8 @@ void ClosureGraph<Pose>::add(Delta change, const std::vector<PlaceClosure<Pose>>
   if (!found.empty()) spread = this->spread(found.front().to);
   for (const PlaceClosure<Pose>& closure : found) {
     const Key from = closure.is_known ? place_key(closure.from) : key_of_pose(closure.from);
-    if (closure.is_known && !selection_.smoother().values().contains(from) &&
-        !change.values.contains(from)) {
-      insert_known(from, places_[closure.from], change);
+    if (closure.is_known) {
+      insert_place(places_, closure.from, selection_.smoother().values(), change);
     }
     modes.add(closure.first_mode);
     const Key to = key_of_pose(closure.to);
@@ -124,10 +107,7 @@ Uncertain<Pose> ClosureGraph<Pose>::relation(std::size_t a, std::size_t b) const
 
 template <class Pose>
 Uncertain<Pose> ClosureGraph<Pose>::from_place(std::size_t place, std::size_t pose) const {
-  const Uncertain<Pose> anchor{Pose(), places_[place].covariance};
-  const Uncertain<Pose> beside{places_[place].motion.between(this->pose(pose)),
-                               selection_.smoother().joint_covariance({key_of_pose(pose)})};
-  return anchor * beside;
+  return relation_to_place<Pose>(places_, place, key_of_pose(pose), selection_.smoother());
 }
 
 template class ClosureGraph<SE2>;

@@ -9,20 +9,11 @@
 
 #include "libhybrid/core/key.h"
 #include "libhybrid/factors/surface_match.h"
-#include "libhybrid/geometry/uncertain_motion.h"
+#include "libhybrid/geometry/known_place.h"
+#include "libhybrid/online/known_places.h"
 #include "libhybrid/online/online_selection.h"
 
 namespace HYBRID_API hybrid {
-
-/// The variable of a known place in a graph: a stretch of an earlier map. It has one error, however
-/// often it is matched.
-inline Key place_key(std::size_t place) {
-  return {'p', place};
-}
-
-/// Where pose b of a map is, seen from pose a.
-template <class Pose>
-Uncertain<Pose> relation_of(Key a, Key b, const IncrementalSmoother& smoother);
 
 /// A relative pose between poses of different times, which may be false.
 template <class Pose>
@@ -44,7 +35,7 @@ class ClosureGraph {
   explicit ClosureGraph(const OnlineSelectionOptions& options) : selection_(options) {}
 
   /// Before the first pose: where that is in the frame of known places, and these.
-  void adopt(std::vector<Uncertain<Pose>> places, const Uncertain<Pose>& start);
+  void adopt(std::vector<KnownPlace<Pose>> places, const Uncertain<Pose>& start);
   /// Adds the first pose.
   void begin();
   /// A motion from pose `from` to a new one.
@@ -63,9 +54,10 @@ class ClosureGraph {
   Pose pose(std::size_t i) const;
   /// Where pose b is, seen from pose a.
   Uncertain<Pose> relation(std::size_t a, std::size_t b) const;
-  /// Where a pose is, seen from a known place, as if the errors of both were independent.
+  /// Where a pose is, seen from a known place; while the graph holds none of those beside which
+  /// this is known, as if the errors of both were independent.
   Uncertain<Pose> from_place(std::size_t place, std::size_t pose) const;
-  const Uncertain<Pose>& place(std::size_t i) const { return places_[i]; }
+  const std::vector<KnownPlace<Pose>>& places() const { return places_; }
   const std::vector<PlaceClosure<Pose>>& closures() const { return closures_; }
   const OnlineSelection& selection() const { return selection_; }
 
@@ -73,7 +65,7 @@ class ClosureGraph {
   typename SurfaceMatch<Pose>::Spread spread(std::size_t poses) const;
 
   OnlineSelection selection_;
-  std::vector<Uncertain<Pose>> places_;
+  std::vector<KnownPlace<Pose>> places_;
   Uncertain<Pose> start_{Pose(), kOrigin* kOrigin* Pose::Jacobian::Identity()};
   std::vector<PlaceClosure<Pose>> closures_;
 

@@ -31,10 +31,17 @@ Key key_of_second(std::size_t k) {
   return {key_letter::kPose, k + 1};
 }
 
+/// The anchors of places, none of which is known better than anything is.
 template <class Pose>
-Noise noise_of_place(const Uncertain<Pose>& place) {
-  return Noise::covariance(place.covariance +
-                           kLeastOfPlace * kLeastOfPlace * Pose::Jacobian::Identity());
+std::vector<KnownPlace<Pose>> anchors_of(const std::vector<StoredPlace<Pose>>& places) {
+  const auto least = kLeastOfPlace * kLeastOfPlace * Pose::Jacobian::Identity();
+  std::vector<KnownPlace<Pose>> out;
+  for (const StoredPlace<Pose>& place : places) {
+    KnownPlace<Pose>& anchor = out.emplace_back(place.T_map_anchor);
+    anchor.covariance += least;
+    if (anchor.parent) anchor.parent->covariance += least;
+  }
+  return out;
 }
 
 }  // namespace
@@ -67,7 +74,10 @@ JoinGraph<Pose>::JoinGraph(std::vector<StoredPlace<Pose>> first,
                            std::vector<StoredPlace<Pose>> second, const Uncertain<Pose>& motion,
                            const typename Pose::Point& where, const Match& match,
                            const Options& options)
-    : first_(std::move(first)), second_(std::move(second)) {
+    : first_(std::move(first)),
+      second_(std::move(second)),
+      first_anchors_(anchors_of(first_)),
+      second_anchors_(anchors_of(second_)) {
   insert(kMotionKey, motion.motion,
          std::make_shared<Prior<Pose>>(kMotionKey, motion.motion,
                                        Noise::covariance(motion.covariance)));
@@ -119,35 +129,47 @@ std::vector<std::size_t> JoinGraph<Pose>::near(std::size_t k, const Options& opt
 /// Where a place of the second map is in one of the first, as known so far.
 template <class Pose>
 Uncertain<Pose> JoinGraph<Pose>::relation(std::size_t i, std::size_t k) const {
-  const Key key = key_of_second(k);
-  if (holds(key_of_first(i))) {
-    return relation_of<Pose>(key_of_first(i), key, selection_.smoother());
+  return relation_to_place<Pose>(first_anchors_, i, key_of_second(k), selection_.smoother(),
+                                 key_of_first);
+}
+
+/// Adds a place of the first map, and those beside which it is known.
+template <class Pose>
+void JoinGraph<Pose>::insert_first(std::size_t i) {
+  const auto is_held = [&](std::size_t place) { return holds(key_of_first(place)); };
+  for (const std::size_t m : missing_places<Pose>(first_anchors_, i, is_held)) {
+    insert(key_of_first(m), first_anchors_[m].motion,
+           factor_of_place<Pose>(first_anchors_, m, key_of_first));
   }
-  const Uncertain<Pose>& place = first_[i].T_map_anchor;
-  const Uncertain<Pose> here = estimate(key);
-  return Uncertain<Pose>{Pose(), place.covariance} *
-         Uncertain<Pose>{place.motion.between(here.motion), here.covariance};
+}
+
+/// The same of the second map; what is known beside no other is so in the frame of that map.
+template <class Pose>
+void JoinGraph<Pose>::insert_second(std::size_t k) {
+  const auto is_held = [&](std::size_t place) { return holds(key_of_second(place)); };
+  for (const std::size_t m : missing_places<Pose>(second_anchors_, k, is_held)) {
+    const KnownPlace<Pose>& place = second_anchors_[m];
+    const Pose motion = selection_.smoother().values().template at<Pose>(kMotionKey);
+    insert(key_of_second(m), motion * place.motion,
+           place.parent
+               ? factor_of_place<Pose>(second_anchors_, m, key_of_second)
+               : std::make_shared<Between<Pose>>(kMotionKey, key_of_second(m), place.motion,
+                                                 Noise::covariance(place.covariance)));
+  }
 }
 
 /// Adds a place of the second map, and its matches.
 template <class Pose>
 void JoinGraph<Pose>::add(std::size_t k, const Match& match, const Options& options) {
-  const Uncertain<Pose>& place = second_[k].T_map_anchor;
   const Key key = key_of_second(k);
-  const Pose motion = selection_.smoother().values().template at<Pose>(kMotionKey);
-  insert(key, motion * place.motion,
-         std::make_shared<Between<Pose>>(kMotionKey, key, place.motion, noise_of_place(place)));
+  insert_second(k);
   if (second_[k].is_empty) return;
   std::vector<ContinuousFactorPtr> found;
   Alternatives modes;
   for (const std::size_t i : near(k, options)) {
     const std::size_t first_mode = found.size();
     for (const Uncertain<Pose>& mode : match(i, k, relation(i, k))) {
-      if (!holds(key_of_first(i))) {
-        const Uncertain<Pose>& known = first_[i].T_map_anchor;
-        insert(key_of_first(i), known.motion,
-               std::make_shared<Prior<Pose>>(key_of_first(i), known.motion, noise_of_place(known)));
-      }
+      insert_first(i);
       modes.add(first_mode);
       matches_.push_back({i, k, mode});
       found.push_back(std::make_shared<Between<Pose>>(key_of_first(i), key, mode.motion,
@@ -172,12 +194,26 @@ Uncertain<Pose> JoinGraph<Pose>::motion() const {
 }
 
 template <class Pose>
-std::vector<Uncertain<Pose>> JoinGraph<Pose>::anchors() const {
-  std::vector<Uncertain<Pose>> out;
+std::vector<KnownPlace<Pose>> JoinGraph<Pose>::anchors() const {
+  std::vector<KnownPlace<Pose>> out;
   for (std::size_t i = 0; i < first_.size(); ++i) {
-    out.push_back(holds(key_of_first(i)) ? estimate(key_of_first(i)) : first_[i].T_map_anchor);
+    out.push_back(first_[i].T_map_anchor);
+    if (!holds(key_of_first(i))) continue;
+    static_cast<Uncertain<Pose>&>(out.back()) = estimate(key_of_first(i));
   }
-  for (std::size_t k = 0; k < second_.size(); ++k) out.push_back(estimate(key_of_second(k)));
+  const std::vector<PlaceMatch<Pose>> right = accepted();
+  for (std::size_t k = 0; k < second_.size(); ++k) {
+    KnownPlace<Pose>& anchor = out.emplace_back(estimate(key_of_second(k)));
+    anchor.parent = second_[k].T_map_anchor.parent;
+    if (anchor.parent) {
+      anchor.parent->place += first_.size();
+    } else if (!right.empty()) {
+      const std::size_t beside = right.front().first;
+      anchor.parent = {
+          beside, relation_of<Pose>(key_of_first(beside), key_of_second(k), selection_.smoother())
+                      .covariance};
+    }
+  }
   return out;
 }
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "libhybrid/geometry/uncertain_motion.h"
+#include "libhybrid/geometry/known_place.h"
 #include "libhybrid/online/online_selection.h"
 
 namespace HYBRID_API hybrid {
@@ -15,7 +15,7 @@ namespace HYBRID_API hybrid {
 /// A stretch of a map, in the frame of its first pose, the anchor.
 template <class Pose>
 struct StoredPlace {
-  Uncertain<Pose> T_map_anchor;
+  KnownPlace<Pose> T_map_anchor;
   typename Pose::Point middle = Pose::Point::Zero();  ///< of what was seen, in that frame
   bool is_empty = false;                              ///< nothing was seen
 };
@@ -35,7 +35,7 @@ struct PlaceMatch {
 };
 
 /// Places of two maps, the motion between these, and matches of places of both, some of which may
-/// be false. The errors that the maps state count as independent.
+/// be false. Errors of places that are known beside no other count as independent.
 template <class Pose>
 class JoinGraph {
  public:
@@ -63,8 +63,9 @@ class JoinGraph {
   std::vector<PlaceMatch<Pose>> accepted() const;
   /// Of the frame of the second map in that of the first.
   Uncertain<Pose> motion() const;
-  /// Anchors of the places of both in the frame of the first map, those of its own first.
-  std::vector<Uncertain<Pose>> anchors() const;
+  /// Anchors of the places of both in the frame of the first map, those of its own first. Places of
+  /// the second that are known beside no other are so beside one of the first.
+  std::vector<KnownPlace<Pose>> anchors() const;
 
  private:
   Uncertain<Pose> estimate(Key key) const;
@@ -72,9 +73,12 @@ class JoinGraph {
   void insert(Key key, const Pose& pose, ContinuousFactorPtr factor);
   std::vector<std::size_t> near(std::size_t k, const Options& options) const;
   Uncertain<Pose> relation(std::size_t i, std::size_t k) const;
+  void insert_first(std::size_t i);
+  void insert_second(std::size_t k);
   void add(std::size_t k, const Match& match, const Options& options);
 
   std::vector<StoredPlace<Pose>> first_, second_;
+  std::vector<KnownPlace<Pose>> first_anchors_, second_anchors_;
   OnlineSelection selection_;
   std::vector<PlaceMatch<Pose>> matches_;  // as the selection counts them
 };

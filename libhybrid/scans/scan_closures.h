@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/geometry/known_place.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/online/place_search.h"
 #include "libhybrid/scans/scan_match.h"
@@ -27,7 +28,7 @@ struct ScanClosureOptions {
 
 /// What scans saw along a stretch of an earlier drive, in the frame of its first keyframe.
 struct StoredScans {
-  UncertainMotion T_map_anchor;
+  KnownPlace<SE2> T_map_anchor;
   std::vector<SurfacePoint> points;
 };
 

@@ -99,6 +99,7 @@ std::vector<StoredScans> stored_scans(const MapRecord& map) {
   for (const MapLocalMap& local : map.local_maps) {
     StoredScans scans;
     scans.T_map_anchor = {SE2(local.pose.x(), local.pose.y(), local.pose.z()), local.covariance};
+    scans.T_map_anchor.parent = local.parent;
     for (const MapSurface& surface : local.surfaces) {
       SurfacePoint point;
       point.position = surface.position;
@@ -174,6 +175,7 @@ std::optional<JoinedMaps> join_maps_by_scans(const MapRecord& first, const MapRe
     const SE2& pose = join.anchors[m].motion;
     out.map.local_maps[m].pose << pose.x(), pose.y(), pose.angle();
     out.map.local_maps[m].covariance = join.anchors[m].covariance;
+    out.map.local_maps[m].parent = join.anchors[m].parent;
   }
   return out;
 }

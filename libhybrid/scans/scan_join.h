@@ -22,7 +22,7 @@ struct ScanJoin {
   std::string why;  ///< where they are not found: what speaks against it, else empty
   UncertainMotion T_first_second;
   /// Of all scans, those of the first map first, in its frame, as the matches place them.
-  std::vector<UncertainMotion> anchors;
+  std::vector<KnownPlace<SE2>> anchors;
   std::size_t matches = 0;   ///< of scans of both, that were found at the place
   std::size_t accepted = 0;  ///< those that are right
   double log_odds = 0.0;     ///< of the place to chance
@@ -33,8 +33,7 @@ struct ScanJoin {
 /// Searches a place of the second map in the first: its local maps, of those that overlap every
 /// second one, are stretches that a ScanPlaceSearch looks for, until a place stands out. From
 /// there, local maps of both are matched in windows that shrink as the place becomes known,
-/// OnlineSelection decides which matches are right, and all local maps are estimated together; the
-/// errors that their maps state count as independent.
+/// OnlineSelection decides which matches are right, and all local maps are estimated together.
 ScanJoin join_scans(const std::vector<StoredScans>& first, const std::vector<StoredScans>& second,
                     const ScanPlaceOptions& options);
 

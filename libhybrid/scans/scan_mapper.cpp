@@ -13,7 +13,7 @@ ScanMapper::ScanMapper(const ScanMapperOptions& options)
       graph_(options.selection) {}
 
 void ScanMapper::adopt(std::vector<StoredScans> stored, const UncertainMotion& start) {
-  std::vector<UncertainMotion> places;
+  std::vector<KnownPlace<SE2>> places;
   for (const StoredScans& scans : stored) places.push_back(scans.T_map_anchor);
   graph_.adopt(std::move(places), start);
   search_.store(std::move(stored));
@@ -44,7 +44,7 @@ std::vector<ScanClosure> ScanMapper::search(const SE2& here, const TrackedScan& 
       tracker_, pose_of,
       [&](std::size_t a, std::size_t) { return uncertain(pose(a), graph_.relation(a, before)); },
       [&](std::size_t stored, std::size_t) {
-        return uncertain(graph_.place(stored).motion, graph_.from_place(stored, before));
+        return uncertain(graph_.places()[stored].motion, graph_.from_place(stored, before));
       });
 }
 

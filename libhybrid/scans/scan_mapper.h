@@ -57,6 +57,7 @@ class ScanMapper {
   UncertainMotion relation(std::size_t a, std::size_t b) const { return graph_.relation(a, b); }
   const ScanTracker& tracker() const { return tracker_; }
   const std::vector<StoredScans>& stored() const { return search_.stored(); }
+  const std::vector<KnownPlace<SE2>>& places() const { return graph_.places(); }
   const std::vector<ScanClosure>& closures() const { return graph_.closures(); }
   /// By closure; see OnlineSelection.
   ClosureStatus status(std::size_t closure) const { return selection().status(closure); }

@@ -103,6 +103,12 @@ double LogMerge::repeated_stamps() const {
   return most;
 }
 
+std::size_t LogMerge::odometry_stops() const {
+  std::size_t sum = 0;
+  for (const Log& log : logs_) sum += log.source->odometry_stops();
+  return sum;
+}
+
 DropReport LogMerge::warnings() const {
   DropReport all;
   for (const Log& log : logs_) add_to(all, log.source->warnings());

@@ -43,6 +43,8 @@ class LogMerge {
   DropReport warnings() const;
   /// That of the worst log, see RawlogReader.
   double repeated_stamps() const;
+  /// Of all logs, see KeyframeSource.
+  std::size_t odometry_stops() const;
 
  private:
   struct Log {

@@ -234,8 +234,8 @@ Attempt judged(const ReplayRequest& request, const ReplaySettings& settings, con
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
-  summary.health = judge_run(request, settings, session.source().repeated_stamps(),
-                             session.mapper(), result, std::move(agreement));
+  summary.health = judge_run(request, settings, session.source(), session.mapper(), result,
+                             std::move(agreement));
   if (conditions.other == nullptr) judge_findings(settings, summary.health);
   made.is_written = conditions.want(summary.health, signal);
   return made;

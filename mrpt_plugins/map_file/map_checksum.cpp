@@ -35,6 +35,8 @@ constexpr const char* kScans[] = {"SELECT * FROM local_map ORDER BY session, num
 constexpr const char* kSizes = "SELECT * FROM landmark_size ORDER BY landmark";
 /// And those with clouds.
 constexpr const char* kClouds = "SELECT * FROM local_cloud ORDER BY session, number";
+/// And those that tell how well local maps are known beside each other.
+constexpr const char* kParents = "SELECT * FROM place_parent ORDER BY session, number";
 
 /// FNV-1a of 64 bits.
 class Checksum {
@@ -93,6 +95,9 @@ std::string checksum_of(SQLite::Database& database) {
   }
   if (pragma(database, "user_version") >= map_schema::kFirstWithClouds) {
     add_rows(database, kClouds, sum);
+  }
+  if (pragma(database, "user_version") >= map_schema::kFirstWithParents) {
+    add_rows(database, kParents, sum);
   }
   return sum.text();
 }

@@ -59,6 +59,7 @@ void check_tables(SQLite::Database& database, int version) {
   if (version >= map_schema::kFirstWithScans) sound.exec(map_schema::kScanTables);
   if (version >= map_schema::kFirstWithSizes) sound.exec(map_schema::kSizeTable);
   if (version >= map_schema::kFirstWithClouds) sound.exec(map_schema::kCloudTable);
+  if (version >= map_schema::kFirstWithParents) sound.exec(map_schema::kParentTable);
   if (version == 1) sound.exec(map_schema::kToVersion1);
   const std::vector<std::string> right = parts_of(sound, 1000);
   if (parts_of(database, right.size() + 1) == right) return;

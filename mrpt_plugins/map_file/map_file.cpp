@@ -100,6 +100,7 @@ void MapFile::transaction(const Work& work) {
     if (version < map_schema::kFirstWithScans) database_->exec(map_schema::kScanTables);
     if (version < map_schema::kFirstWithSizes) database_->exec(map_schema::kSizeTable);
     if (version < map_schema::kFirstWithClouds) database_->exec(map_schema::kCloudTable);
+    if (version < map_schema::kFirstWithParents) database_->exec(map_schema::kParentTable);
     database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
     if (!work()) return;
     all.commit();

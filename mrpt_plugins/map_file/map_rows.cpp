@@ -354,6 +354,7 @@ MapRecord read_rows(Database& database) {
   read_prior(database, place, out);
   read_local_maps(database, out);
   read_local_clouds(database, out);
+  read_parents(database, out);
   out.prior.loss = read_number(database, "loss", 0, kMostLoss).value_or(0);
   out.origin = read_origin(database);
   refuse_faults(out);

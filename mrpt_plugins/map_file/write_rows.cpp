@@ -186,8 +186,8 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   database.exec("PRAGMA defer_foreign_keys = ON");  // sessions come back under their keyframes
   forget_keyframes(database, kept);
   for (const char* table :
-       {"draft", "local_cloud", "surface", "local_map", "prior", "landmark_size", "landmark_class",
-        "landmark", "robot", "input", "class", "session"}) {
+       {"draft", "place_parent", "local_cloud", "surface", "local_map", "prior", "landmark_size",
+        "landmark_class", "landmark", "robot", "input", "class", "session"}) {
     database.exec(fmt::format("DELETE FROM {}", table));
   }
   database.exec("DELETE FROM map WHERE name <> 'checksum'");
@@ -212,6 +212,7 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   write_prior(record, prior);
   write_local_maps(record, database);
   write_local_clouds(database, record);
+  write_parents(database, record);
 }
 
 }  // namespace hybrid

@@ -6,26 +6,8 @@
 #include <memory>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/factors/prior.h"
 
 namespace hybrid {
-
-template <class Pose>
-Key insert_place(const PlaceClosure<Pose>& closure, const Uncertain<Pose>& place,
-                 const MapView& map, Contribution& out) {
-  const Key key = place_key(closure.from);
-  if (!map.values.contains(key) && !out.delta.values.contains(key)) {
-    out.delta.values.insert(key, place.motion);
-    out.delta.continuous.push_back(
-        std::make_shared<Prior<Pose>>(key, place.motion, Noise::covariance(place.covariance)));
-  }
-  return key;
-}
-
-template Key insert_place(const PlaceClosure<SE2>&, const Uncertain<SE2>&, const MapView&,
-                          Contribution&);
-template Key insert_place(const PlaceClosure<SE3>&, const Uncertain<SE3>&, const MapView&,
-                          Contribution&);
 
 template <class Pose>
 Uncertain<Pose> relation_in(const MapView& map, Key a, Key b) {

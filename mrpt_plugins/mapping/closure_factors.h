@@ -16,12 +16,6 @@
 
 namespace HYBRID_API hybrid {
 
-/// The variable of the known place that a closure is with; it becomes one of the map with its first
-/// closure.
-template <class Pose>
-Key insert_place(const PlaceClosure<Pose>& closure, const Uncertain<Pose>& place,
-                 const MapView& map, Contribution& out);
-
 /// Where pose b of a map is, seen from pose a; a default covariance where the map does not tell it
 /// before it is solved.
 template <class Pose>
@@ -97,9 +91,9 @@ void follow_closures(Robot& robot, std::optional<Key> newest, const MapView& map
     if (later != newest && !map.holds(later)) return false;
     Key from = place_key(closure.from);
     if (closure.is_known) {
-      const auto& anchor = robot.mapper.stored()[closure.from].T_map_anchor;
-      if (map.is_3d != (anchor.motion.kDim == SE3::kDim)) return false;
-      insert_place(closure, anchor, map, to);
+      const auto& places = robot.mapper.places();
+      if (map.is_3d != (places[closure.from].motion.kDim == SE3::kDim)) return false;
+      insert_place(places, closure.from, map.values, to.delta);
     } else {
       from = robot.keys[closure.from];
       if (!map.holds(from)) return false;

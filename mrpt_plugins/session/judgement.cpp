@@ -140,6 +140,31 @@ double badness(const Health& health, const std::string& name) {
   return worst;
 }
 
+/// What the stamps and the rests of the odometry say. A map whose places agree has not missed much
+/// where it stood.
+void check_odometry(const LogMerge& log, bool agrees, Health& health) {
+  const double repeated_stamps = log.repeated_stamps();
+  if (repeated_stamps > kRepeatedLimits.doubtful) {
+    health.push_back(judged_entry(
+        "stamps of the odometry that repeat", repeated_stamps, kRepeatedLimits,
+        fmt::format("{:.0f} % of the stamps of the odometry are that of the one before, although "
+                    "the robot moves: the clock is too coarse to tell when anything was seen.",
+                    100 * repeated_stamps),
+        "the clock that stamps the log"));
+  }
+  if (log.odometry_stops() == 0 || agrees) return;
+  HealthEntry entry;
+  entry.name = "odometry that stands";
+  entry.value = static_cast<double>(log.odometry_stops());
+  entry.verdict = HealthVerdict::kDoubtful;
+  entry.sentence = fmt::format(
+      "The odometry stands still {} times for more than a second, and stops and goes on faster "
+      "than a robot brakes and starts.",
+      log.odometry_stops());
+  entry.knob = "whether the robot stood there, or the driver of its odometry had died";
+  health.push_back(std::move(entry));
+}
+
 }  // namespace
 
 std::ptrdiff_t count_judged(const Health& health) {
@@ -160,9 +185,8 @@ bool is_better(const Health& a, const Health& b) {
              std::count_if(b.begin(), b.end(), is_of_level);
 }
 
-Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
-                 double repeated_stamps, const Mapper& mapper, const MapResult& result,
-                 Health agreement) {
+Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const LogMerge& log,
+                 const Mapper& mapper, const MapResult& result, Health agreement) {
   const Backend& backend = mapper.backend();
   const Estimate estimate{backend.values(), backend.assignment()};
   const std::map<std::string, std::size_t> dropped = mapper.dropped();
@@ -172,14 +196,7 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
                                         mapper.decisions().size(), mapper.statistics(), agrees})) {
     health.push_back(std::move(entry));
   }
-  if (repeated_stamps > kRepeatedLimits.doubtful) {
-    health.push_back(judged_entry(
-        "stamps of the odometry that repeat", repeated_stamps, kRepeatedLimits,
-        fmt::format("{:.0f} % of the stamps of the odometry are that of the one before, although "
-                    "the robot moves: the clock is too coarse to tell when anything was seen.",
-                    100 * repeated_stamps),
-        "the clock that stamps the log"));
-  }
+  check_odometry(log, agrees, health);
   if (!request.cross_check) return health;
   for (const RobotSettings& robot : settings.robots) {
     if (is_standard_input(robot.rawlog)) {

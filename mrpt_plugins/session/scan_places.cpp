@@ -9,7 +9,9 @@
 
 #include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/evenly_chosen.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/geometry/isometry.h"
+#include "libhybrid/online/place_chain.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
@@ -99,21 +101,38 @@ MapLocalCloud local_cloud_of(const LocalView& view, const SE3& anchor,
   return local;
 }
 
+/// The chain of the places that a session knows and sees.
+template <class Pose>
+PlaceChain<Pose> chain_of(const Backend& backend, std::size_t known_places) {
+  PlaceChain<Pose> chain(
+      backend.values(), [&](Key key) { return backend.holds(key); },
+      [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+        return backend.joint_covariance(keys, J);
+      });
+  for (std::size_t i = 0; i < known_places; ++i) chain.next(place_key(i));
+  return chain;
+}
+
 }  // namespace
 
-SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Mapper& mapper) {
+SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Mapper& mapper,
+                       std::size_t known_places) {
   SeenPlaces out;
   std::vector<Eigen::MatrixXd> covariances;
   const auto anchor_at = [&](std::size_t keyframe) {
     if (covariances.empty()) covariances = mapper.pose_covariances();
     return to_isometry(result.trajectory[keyframe].pose);
   };
+  auto planar = chain_of<SE2>(mapper.backend(), result.is_3d ? 0 : known_places);
+  auto spatial = chain_of<SE3>(mapper.backend(), result.is_3d ? known_places : 0);
   for (const auto& plugin : plugins) {
     if (const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get())) {
       for (const LocalScans& scans : follower->local_scans()) {
         if (scans.points.empty()) continue;
         const SE2 anchor = to_se2(anchor_at(scans.anchor));
         out.local_maps.push_back(local_map_of(scans, anchor, covariances[scans.anchor]));
+        if (!result.is_3d)
+          out.local_maps.back().parent = planar.next(Key(key_letter::kPose, scans.anchor));
       }
     }
     if (const auto* follower = dynamic_cast<const CloudFollower*>(plugin.get())) {
@@ -121,6 +140,8 @@ SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Ma
         if (view.points.empty() || !result.is_3d) continue;
         const SE3 anchor = to_se3(anchor_at(view.anchor));
         out.local_clouds.push_back(local_cloud_of(view, anchor, covariances[view.anchor]));
+        out.local_clouds.back().T_map_anchor.parent =
+            spatial.next(Key(key_letter::kPose, view.anchor));
       }
     }
   }

@@ -29,11 +29,13 @@ Matrix6d spatial_covariance(const Eigen::MatrixXd& covariance);
 void adopt_places(const Plugins& plugins, const MapRecord& map,
                   const std::vector<RobotSettings>& robots);
 
-/// What laser scans and clouds saw, for a map file; the session is left at 0.
+/// What laser scans and clouds saw, for a map file; the session is left at 0. Their parents count
+/// the places of the map that the session was in first.
 struct SeenPlaces {
   std::vector<MapLocalMap> local_maps;
   std::vector<MapLocalCloud> local_clouds;
 };
-SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Mapper& mapper);
+SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Mapper& mapper,
+                       std::size_t known_places = 0);
 
 }  // namespace hybrid

@@ -9,7 +9,7 @@
 
 #include "libhybrid/clouds/cloud_join.h"
 #include "libhybrid/core/error.h"
-#include "libhybrid/online/closure_graph.h"
+#include "libhybrid/online/known_places.h"
 #include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
@@ -149,7 +149,11 @@ MapResult Session::result() const {
 
 void Session::publish(const MapResult& result, const std::function<void()>& show) {
   SeenPlaces seen;
-  if (place_.writes()) seen = seen_places(plugins_, result, *mapper_);
+  if (place_.writes()) {
+    const MapRecord& map = place_.map();
+    seen = seen_places(plugins_, result, *mapper_,
+                       is_3d_ ? map.local_clouds.size() : map.local_maps.size());
+  }
   signal_ != 0 ? show() : place_.finish(*mapper_, result, seen, show);
 }
 

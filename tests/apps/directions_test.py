@@ -169,6 +169,12 @@ class Boxes(Room):
             self.assertIn(f"{len(self.boxes)} directions without ranges and ids", told)
         self.check_map(0.8)
 
+    def test_odometry_that_is_better_than_stated_is_named(self):
+        self.run_program("hybrid-import", "csv", "--odometry", "odometry.csv", "--detections", "det.txt", *self.CAMERA[:10],
+                         "--walk-rotation", 0.5, "--walk-translation", 1, "-o", "a.rawlog")
+        told = self.run_program("hybrid-replay", "a.rawlog", "--no-pictures", "-o", "out", rc=2)
+        self.assertIn("noise of the odometry, if it is better than stated: smaller ([reader] odometry_sigma_factor", told)
+
     def test_boxes_cut_by_the_border_are_dropped(self):
         (self.at / "det.txt").write_text("5,-1,0,100,50,200,1\n5,-1,100,100,50,200,1\n6,-1,620,100,19.5,200,1\n"
                                          "7,-1,50,100,0,200,1\n8,-1,50,100,10,200,0.2\n", encoding="utf-8")

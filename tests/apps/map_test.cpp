@@ -258,10 +258,10 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
   const auto before = info_of("a.hmap");
   // What the second format has added.
-  run_sql(
-      at("a.hmap"),
-      "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
-      "DROP TABLE local_cloud; ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
+  run_sql(at("a.hmap"),
+          "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
+          "DROP TABLE local_cloud; DROP TABLE place_parent; ALTER TABLE keyframe DROP COLUMN "
+          "robot; PRAGMA user_version = 1");
   const std::string old = read("a.hmap");
   EXPECT_EQ(info_of("a.hmap"), before);
   EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
@@ -280,10 +280,10 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
 
 TEST_F(MapTest, AChangeThatIsRefusedLeavesTheFirstFormat) {
   ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
-  run_sql(
-      at("a.hmap"),
-      "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
-      "DROP TABLE local_cloud; ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
+  run_sql(at("a.hmap"),
+          "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
+          "DROP TABLE local_cloud; DROP TABLE place_parent; ALTER TABLE keyframe DROP COLUMN "
+          "robot; PRAGMA user_version = 1");
   expect_refusal("hybrid-map prune --session 9 " + at("a.hmap"), "a.hmap", "no session 9");
   EXPECT_EQ(format_of(at("a.hmap")), 1);
   ASSERT_EQ(run_app("hybrid-map prune --session 1 " + at("a.hmap")).code, 0);

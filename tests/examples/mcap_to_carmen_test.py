@@ -205,6 +205,13 @@ class McapToCarmen(BagTest):
             self.assertEqual([float(w[-3]) for w in self.lines()], kept)
             self.assertEqual("missing there for over ten times its usual period: 1\n" in ran.stdout, speed > 0)
 
+    def test_a_scan_at_the_time_of_two_poses(self):
+        messages = [(0, odometry(1, 4, 0, 1)), (0, odometry(1, 4, 0, 1)), (0, odometry(2, 5, 0, 1)),
+                    *[(1, scan(time, -0.5, 0.5, [1, 2, 3])) for time in (1, 1.5, 2)]]
+        done = self.run_script(messages)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([line[0] for line in self.lines()].count("ROBOTLASER1"), 3)
+
     def test_scans_become_a_map(self):
         programs = os.environ.get("HYBRID_BIN")
         if not programs:

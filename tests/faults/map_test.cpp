@@ -117,6 +117,9 @@ class ScanMapFaults : public MapFaults {
       EXPECT_EQ(a.local_maps[m].session, b.local_maps[m].session);
       EXPECT_EQ(a.local_maps[m].pose, b.local_maps[m].pose);
       EXPECT_EQ(a.local_maps[m].covariance, b.local_maps[m].covariance);
+      ASSERT_EQ(a.local_maps[m].parent.has_value(), m > 0);  // of the first session, or a later one
+      ASSERT_EQ(b.local_maps[m].parent.has_value(), m > 0);
+      if (m > 0) EXPECT_EQ(a.local_maps[m].parent->covariance, b.local_maps[m].parent->covariance);
       ASSERT_EQ(a.local_maps[m].surfaces.size(), b.local_maps[m].surfaces.size());
       for (std::size_t s = 0; s < a.local_maps[m].surfaces.size(); ++s) {
         EXPECT_EQ(a.local_maps[m].surfaces[s].position, b.local_maps[m].surfaces[s].position);
@@ -236,6 +239,34 @@ TEST_F(MapFaults, AMapOutlivesAFullDisk) {
       EXPECT_EQ(told, !sessions.empty()) << ran.text;
     }
     expect_resumes(whole);
+  }
+}
+
+TEST_F(MapFaults, AMapThatIsExtendedOutlivesAFullDisk) {
+  const std::string extend = command("a.hmap", "out") + " --set map.mode=extend";
+  ASSERT_EQ(run_app(command("first.hmap", "out")).code, 0);
+  std::filesystem::copy_file(at("first.hmap"), at("a.hmap"));
+  ASSERT_EQ(run_app(extend).code, 0);
+  const std::string first = content("first.hmap"), whole = content("a.hmap");
+  const auto begin = [&] {
+    std::filesystem::copy_file(at("first.hmap"), at("a.hmap"),
+                               std::filesystem::copy_options::overwrite_existing);
+  };
+  begin();
+  const long calls = count({"space", "on"}, extend);
+  for (const long at_call : numbers(calls, 6)) {
+    SCOPED_TRACE(at_call);
+    begin();
+    const Ran ran = run_with({"space", "on", at_call}, extend);
+    EXPECT_EQ(ran.code, 1) << ran.text;
+    const auto sessions = info_of("a.hmap")["sessions"];
+    const bool is_open = !sessions.back()["complete"];
+    ASSERT_EQ(sessions.size(), is_open ? 2U : 1U);
+    const bool told = ran.text.find("session 2 is interrupted: --resume") != std::string::npos;
+    EXPECT_EQ(told, is_open) << ran.text;
+    EXPECT_EQ(content("a.hmap"), first);
+    EXPECT_EQ(run_app(extend + (is_open ? " --resume" : "")).code, 0);
+    EXPECT_EQ(content("a.hmap"), whole);
   }
 }
 

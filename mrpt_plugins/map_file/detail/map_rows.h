@@ -33,6 +33,10 @@ void write_drafts(SQLite::Database& database, const std::vector<DraftLandmark>& 
 void write_local_clouds(SQLite::Database& database, const MapRecord& record);
 void read_local_clouds(SQLite::Database& database, MapRecord& out);
 
+/// How well local maps are known beside each other.
+void write_parents(SQLite::Database& database, const MapRecord& record);
+void read_parents(SQLite::Database& database, MapRecord& out);
+
 /// What kind of map it is.
 void write_kind(SQLite::Database& database, const MapRecord& record);
 

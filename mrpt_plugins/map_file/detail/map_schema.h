@@ -9,7 +9,7 @@ namespace hybrid::map_schema {
 inline constexpr int kApplicationId = 0x484d4150;
 /// The user version in the header: raised with every change of the tables. Files of earlier
 /// versions are read, and changed by the first transaction.
-inline constexpr int kVersion = 6;
+inline constexpr int kVersion = 7;
 /// The version from which on files have a checksum.
 inline constexpr int kFirstWithChecksum = 3;
 /// The version from which on files have local maps.
@@ -18,6 +18,8 @@ inline constexpr int kFirstWithScans = 4;
 inline constexpr int kFirstWithSizes = 5;
 /// The version from which on files have clouds.
 inline constexpr int kFirstWithClouds = 6;
+/// The version from which on files tell how well local maps are known beside each other.
+inline constexpr int kFirstWithParents = 7;
 
 /// The tables of docs/map_format.md but for those of later versions.
 inline constexpr const char* kTables = R"(
@@ -82,6 +84,14 @@ CREATE TABLE local_cloud (
   qx REAL NOT NULL, qy REAL NOT NULL, qz REAL NOT NULL, qw REAL NOT NULL,
   covariance BLOB NOT NULL, spacing REAL NOT NULL, points BLOB NOT NULL,
   PRIMARY KEY (session, number));
+)";
+/// The table of local maps that are known beside others: of laser scans in a map in the plane, of
+/// clouds in space. Versions before kFirstWithParents lack it.
+inline constexpr const char* kParentTable = R"(
+CREATE TABLE place_parent (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL,
+  parent_session INTEGER NOT NULL, parent INTEGER NOT NULL, covariance BLOB NOT NULL,
+  PRIMARY KEY (session, number)) WITHOUT ROWID;
 )";
 /// The table of landmarks that are not single things without an extent, which versions before
 /// kFirstWithSizes lack.

@@ -120,6 +120,11 @@ TEST_F(MapFileTest, HoldsNothingThatAMapCannotBe) {
   expect_refused_after(local + "angle = 1e300", "a local map of session 1 has no direction");
   expect_refused_after(local + "xx = 1e8, yy = 1e8, aa = 1e8", "has no covariance");
   expect_refused_after(local + "xy = 0.02", "has no covariance");
+  const std::string parent = "UPDATE place_parent SET ";
+  expect_refused_after(parent + "parent = number", "session 1 is known beside none before it");
+  expect_refused_after(parent + "covariance = zeroblob(72)", "is known beside none before it");
+  expect_refused_after(parent + "covariance = zeroblob(64)", "is cut off");
+  expect_refused_after(parent + "parent = 7", "names a local map that is not there");
 }
 
 TEST_F(MapFileTest, WhatCouldNotBeReadAgainIsNotWritten) {

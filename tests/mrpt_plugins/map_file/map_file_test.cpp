@@ -61,10 +61,10 @@ TEST_F(MapFileTest, AFlippedBitChangesNoNumber) {
 }
 
 TEST_F(MapFileTest, FilesWithoutChecksumAreReadAndGetOne) {
-  run_sql(
-      at("a.hmap"),
-      "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; "
-      "DROP TABLE local_cloud; DELETE FROM map WHERE name = 'checksum'; PRAGMA user_version = 2");
+  run_sql(at("a.hmap"),
+          "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; "
+          "DROP TABLE local_cloud; DROP TABLE place_parent; DELETE FROM map WHERE name = "
+          "'checksum'; PRAGMA user_version = 2");
   EXPECT_EQ(read_map(at("a.hmap")).sessions.size(), 2U);
   EXPECT_TRUE(read_map(at("a.hmap")).local_maps.empty());
   EXPECT_FALSE(has_checksum(at("a.hmap")));
@@ -97,7 +97,8 @@ TEST_F(MapFileTest, FilesWithoutSizesAreReadAndGetThem) {
   single.local_clouds.clear();
   MapFile(at("a.hmap")).replace(single);
   run_sql(at("a.hmap"),
-          "DROP TABLE landmark_size; DROP TABLE local_cloud; PRAGMA user_version = 4");
+          "DROP TABLE landmark_size; DROP TABLE local_cloud; DROP TABLE place_parent; PRAGMA "
+          "user_version = 4");
   EXPECT_EQ(read_map(at("a.hmap")).landmarks[1].size.things, 1);
   MapFile(at("a.hmap")).replace(small_map());
   EXPECT_EQ(read_map(at("a.hmap")).landmarks[1].size.things, 3);

@@ -75,6 +75,7 @@ inline MapRecord small_map() {
       if (n % 2 == 0) local.surfaces.back().direction = -1.571;
     }
     map.local_maps.insert(map.local_maps.end(), {local, local});
+    map.local_maps.back().parent = {map.local_maps.size() - 2, 1e-4 * Eigen::Matrix3d::Identity()};
     MapLocalCloud cloud;
     cloud.session = id;
     cloud.T_map_anchor = {SE3({normal(random), 2, 3}, SO3::exp(Eigen::Vector3d(0.1, 0.2, 0.3))),
@@ -104,6 +105,11 @@ inline std::vector<double> numbers_of(const MapRecord& map) {
     out.push_back(local.session);
     out.insert(out.end(), local.pose.begin(), local.pose.end());
     out.insert(out.end(), local.covariance.reshaped().begin(), local.covariance.reshaped().end());
+    if (local.parent) {
+      const Eigen::Matrix3d& C = local.parent->covariance;
+      out.push_back(double(local.parent->place));
+      out.insert(out.end(), C.reshaped().begin(), C.reshaped().end());
+    }
     for (const MapSurface& s : local.surfaces) {
       out.insert(out.end(), {s.position.x(), s.position.y(), s.direction.value_or(9)});
     }
