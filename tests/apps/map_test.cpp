@@ -224,7 +224,7 @@ TEST_F(MapTest, RefusesFilesThatAreNoMapsOrDamaged) {
        {"no database at all, but long enough to be read as one by who does not look", "is no map"}},
       {"foreign.hmap", {changed(68, "\1\2\3\4"), "is no map"}},
       {"later.hmap",
-       {changed(63, "\7"), "is a map of format 7, this program reads formats 1 to 6"}},
+       {changed(63, "\10"), "is a map of format 8, this program reads formats 1 to 7"}},
       {"before.hmap", {changed(63, std::string(1, '\0')), "is a map of format 0"}},
       {"damaged.hmap", {changed(3 * 4096, std::string(4096, '\x55')), "damaged"}},
       {"short.hmap", {map.substr(0, map.size() / 2), "damaged"}},
@@ -270,7 +270,7 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   EXPECT_EQ(read("a.hmap"), old);
   const MapRecord first = read_map(at("a.hmap"));
   ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "second")).code, 0);
-  EXPECT_EQ(format_of(at("a.hmap")), 6);
+  EXPECT_EQ(format_of(at("a.hmap")), 7);
   const MapRecord both = read_map(at("a.hmap"));
   ASSERT_EQ(both.sessions.size(), 2u);
   ASSERT_EQ(both.sessions[0].keyframes.size(), first.sessions[0].keyframes.size());
@@ -287,7 +287,7 @@ TEST_F(MapTest, AChangeThatIsRefusedLeavesTheFirstFormat) {
   expect_refusal("hybrid-map prune --session 9 " + at("a.hmap"), "a.hmap", "no session 9");
   EXPECT_EQ(format_of(at("a.hmap")), 1);
   ASSERT_EQ(run_app("hybrid-map prune --session 1 " + at("a.hmap")).code, 0);
-  EXPECT_EQ(format_of(at("a.hmap")), 6);
+  EXPECT_EQ(format_of(at("a.hmap")), 7);
 }
 
 TEST_F(MapTest, AKeyframeOfARobotThatIsNotThereIsAFault) {

@@ -94,6 +94,7 @@ TEST_F(MapFileTest, WhatLandmarksStandForIsInTheResult) {
 TEST_F(MapFileTest, FilesWithoutSizesAreReadAndGetThem) {
   MapRecord single = small_map();
   single.landmarks[1].size = {};
+  for (MapLocalMap& local : single.local_maps) local.parent.reset();
   single.local_clouds.clear();
   MapFile(at("a.hmap")).replace(single);
   run_sql(at("a.hmap"),
@@ -102,6 +103,26 @@ TEST_F(MapFileTest, FilesWithoutSizesAreReadAndGetThem) {
   EXPECT_EQ(read_map(at("a.hmap")).landmarks[1].size.things, 1);
   MapFile(at("a.hmap")).replace(small_map());
   EXPECT_EQ(read_map(at("a.hmap")).landmarks[1].size.things, 3);
+}
+
+TEST_F(MapFileTest, FilesWithoutParentsAreReadAndGetThem) {
+  MapRecord alone = small_map();
+  for (MapLocalMap& local : alone.local_maps) local.parent.reset();
+  MapFile(at("a.hmap")).replace(alone);
+  run_sql(at("a.hmap"), "DROP TABLE place_parent; PRAGMA user_version = 6");
+  EXPECT_FALSE(read_map(at("a.hmap")).local_maps[3].parent);
+  MapFile(at("a.hmap")).replace(small_map());
+  EXPECT_EQ(read_map(at("a.hmap")).local_maps[3].parent->place, 2U);
+}
+
+TEST_F(MapFileTest, LocalMapsThatGoTakeWhatIsKnownBesideThemAlong) {
+  MapRecord map = small_map();
+  map.local_maps[2].parent = {1, 1e-4 * Eigen::Matrix3d::Identity()};
+  forget_local_maps(map, 1);
+  ASSERT_EQ(map.local_maps.size(), 2U);
+  EXPECT_FALSE(map.local_maps[0].parent);
+  EXPECT_EQ(map.local_maps[1].parent->place, 0U);
+  EXPECT_EQ(map.local_clouds.size(), 2U);
 }
 
 TEST_F(MapFileTest, ASessionThatIsNotedHasAChecksumToo) {
