@@ -330,12 +330,7 @@ bool KeyframeSource::makes_keyframe(const LogStep& step) {
 std::optional<LogStep> KeyframeSource::next_step() {
   if (put_back_) return std::exchange(put_back_, std::nullopt);
   std::optional<LogStep> step = reader_.next();
-  if (step && step->odometry) {
-    const mrpt::poses::CPose3D& motion = step->odometry->mean;
-    const double turn = Eigen::AngleAxisd(to_isometry(motion).linear()).angle();
-    if (stop_.before(step->time, motion.norm(), turn)) ++odometry_stops_;
-    options_.correction.correct(*step->odometry);
-  }
+  if (step && step->odometry) options_.correction.correct(*step->odometry);
   return step;
 }
 

@@ -17,7 +17,6 @@
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
-#include "mrpt_plugins/input/odometry_stop.h"
 #include "mrpt_plugins/input/repeated_detections.h"
 #include "mrpt_plugins/input/scan_watch.h"
 #include "mrpt_plugins/input/scans.h"
@@ -105,8 +104,7 @@ class KeyframeSource {
   /// Problems in the log that were handled, by kind.
   DropReport warnings() const;
   double repeated_stamps() const { return reader_.repeated_stamps(); }
-  /// Times that the odometry stood still as no robot does, see OdometryStop.
-  std::size_t odometry_stops() const { return odometry_stops_; }
+  std::size_t odometry_stops() const { return reader_.odometry_stops(); }
 
  private:
   std::optional<LogStep> next_step();
@@ -121,8 +119,6 @@ class KeyframeSource {
 
   SourceOptions options_;
   RawlogReader reader_;
-  OdometryStop stop_;
-  std::size_t odometry_stops_ = 0;
   KeyframePolicy policy_;
   DetectionTracker tracker_;
   RepeatedDetections repeated_;

@@ -43,7 +43,7 @@ class LogMerge {
   DropReport warnings() const;
   /// That of the worst log, see RawlogReader.
   double repeated_stamps() const;
-  /// Of all logs, see KeyframeSource.
+  /// Of all logs, see RawlogReader.
   std::size_t odometry_stops() const;
 
  private:

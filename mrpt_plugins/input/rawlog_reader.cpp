@@ -148,6 +148,7 @@ void RawlogReader::move_by_actions(LogStep& step) {
   if (step.odometry) {
     acts_ = true;
     T_start_frame_ = T_start_frame_ * to_isometry(step.odometry->mean);
+    stop_.take(step.time, to_isometry(step.odometry->mean));
   } else {
     actions_.lose(step.time);
     between_.lose(step.time);
@@ -239,6 +240,7 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryR
   }
   has_gap_ = !acts_ && gap_.before(time, pose.isometry());  // beside actions there may be few
   if (has_gap_) ++warnings_[OdometryGap::kMissing];
+  if (!acts_ && after_) stop_.take(time, after_->pose.isometry().inverse() * pose.isometry());
   before_ = after_;
   if (after_ && !is_within_reach(*after_, {time, pose})) between_.lose(after_->time);
   after_ = {time, pose};

@@ -20,6 +20,7 @@
 #include "mrpt_plugins/input/odometry_gap.h"
 #include "mrpt_plugins/input/odometry_reading.h"
 #include "mrpt_plugins/input/odometry_reset.h"
+#include "mrpt_plugins/input/odometry_stop.h"
 #include "mrpt_plugins/input/poses_between.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
 
@@ -102,6 +103,8 @@ class RawlogReader {
   /// Share of the stamps of the odometry that are that of the one before; 0 if the robot does not
   /// move from one to the next.
   double repeated_stamps() const;
+  /// How often the odometry has stood still as no robot does, see OdometryStop.
+  std::size_t odometry_stops() const { return stop_.count(); }
   /// Observations read so far by class, without namespace, used or not.
   const std::map<std::string, std::size_t>& observations() const { return observations_; }
 
@@ -154,6 +157,7 @@ class RawlogReader {
   bool acts_ = false;                                                // actions tell motions
   Eigen::Isometry3d T_start_frame_ = Eigen::Isometry3d::Identity();  // by actions
   PosesBetween actions_;
+  OdometryStop stop_;  // by actions, or readings where there are none
 
   // Observations only.
   std::deque<LogStep> waiting_;  // for later odometry
