@@ -68,9 +68,11 @@ Uncertain<Pose> relation_to_place(const std::vector<KnownPlace<Pose>>& places, s
   return inverse(way) * relation_of<Pose>(key(held->place), pose, smoother);
 }
 
+namespace {
+
 template <class Pose>
-void insert_place(const std::vector<KnownPlace<Pose>>& places, std::size_t i, const Values& graph,
-                  Delta& change) {
+void insert_missing(const std::vector<KnownPlace<Pose>>& places, std::size_t i, const Values& graph,
+                    Delta& change) {
   const auto is_held = [&](std::size_t place) {
     return graph.contains(place_key(place)) || change.values.contains(place_key(place));
   };
@@ -78,6 +80,18 @@ void insert_place(const std::vector<KnownPlace<Pose>>& places, std::size_t i, co
     change.values.insert(place_key(m), places[m].motion);
     change.continuous.push_back(factor_of_place<Pose>(places, m));
   }
+}
+
+}  // namespace
+
+void insert_place(const std::vector<KnownPlace<SE2>>& places, std::size_t i, const Values& graph,
+                  Delta& change) {
+  insert_missing(places, i, graph, change);
+}
+
+void insert_place(const std::vector<KnownPlace<SE3>>& places, std::size_t i, const Values& graph,
+                  Delta& change) {
+  insert_missing(places, i, graph, change);
 }
 
 template Uncertain<SE2> relation_of(Key, Key, const IncrementalSmoother&);
@@ -88,7 +102,6 @@ template ContinuousFactorPtr factor_of_place(const std::vector<KnownPlace<SE2>>&
                                              const PlaceKeys&);
 template Uncertain<SE2> relation_to_place(const std::vector<KnownPlace<SE2>>&, std::size_t, Key,
                                           const IncrementalSmoother&, const PlaceKeys&);
-template void insert_place(const std::vector<KnownPlace<SE2>>&, std::size_t, const Values&, Delta&);
 template Uncertain<SE3> relation_of(Key, Key, const IncrementalSmoother&);
 template std::vector<std::size_t> missing_places(const std::vector<KnownPlace<SE3>>&, std::size_t,
                                                  const std::function<bool(std::size_t)>&);
@@ -97,6 +110,5 @@ template ContinuousFactorPtr factor_of_place(const std::vector<KnownPlace<SE3>>&
                                              const PlaceKeys&);
 template Uncertain<SE3> relation_to_place(const std::vector<KnownPlace<SE3>>&, std::size_t, Key,
                                           const IncrementalSmoother&, const PlaceKeys&);
-template void insert_place(const std::vector<KnownPlace<SE3>>&, std::size_t, const Values&, Delta&);
 
 }  // namespace hybrid

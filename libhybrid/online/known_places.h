@@ -52,13 +52,9 @@ Uncertain<Pose> relation_to_place(const std::vector<KnownPlace<Pose>>& places, s
 
 /// Adds place i to a change of a graph, and those beside which it is known, as far as the graph and
 /// the change do not hold them.
-template <class Pose>
-void insert_place(const std::vector<KnownPlace<Pose>>& places, std::size_t i, const Values& graph,
+void insert_place(const std::vector<KnownPlace<SE2>>& places, std::size_t i, const Values& graph,
                   Delta& change);
-
-extern template HYBRID_API void insert_place(const std::vector<KnownPlace<SE2>>&, std::size_t,
-                                             const Values&, Delta&);
-extern template HYBRID_API void insert_place(const std::vector<KnownPlace<SE3>>&, std::size_t,
-                                             const Values&, Delta&);
+void insert_place(const std::vector<KnownPlace<SE3>>& places, std::size_t i, const Values& graph,
+                  Delta& change);
 
 }  // namespace hybrid

@@ -132,11 +132,9 @@ double badness(const HealthEntry& entry) {
   return entry.verdict == HealthVerdict::kBad ? departure(entry) : 0;
 }
 
-double badness(const Health& health, const std::string& name) {
+double worst_badness(const Health& health) {
   double worst = 0;
-  for (const HealthEntry& entry : health) {
-    if (entry.name == name) worst = std::max(worst, badness(entry));
-  }
+  for (const HealthEntry& entry : health) worst = std::max(worst, badness(entry));
   return worst;
 }
 
@@ -176,9 +174,7 @@ std::ptrdiff_t count_judged(const Health& health) {
 bool is_better(const Health& a, const Health& b) {
   const HealthVerdict level = worst(b);
   const auto is_of_level = [level](const HealthEntry& entry) { return entry.verdict == level; };
-  const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
-    return entry.verdict > level || badness(entry) > kAlike * badness(b, entry.name);
-  });
+  const bool is_worse = worst(a) > level || worst_badness(a) > kAlike * worst_badness(b);
   // A map of which less can be asked is not better for that.
   return !is_worse && count_judged(a) >= count_judged(b) &&
          std::count_if(a.begin(), a.end(), is_of_level) <

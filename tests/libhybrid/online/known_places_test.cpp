@@ -69,7 +69,7 @@ TEST(KnownPlaces, HaveTheJointDensityOfTheirMap) {
   for (const std::vector<std::size_t>& order :
        {std::vector<std::size_t>{11, 4}, {2, 4, 11}, {4, 11, 0}}) {
     Delta change;
-    for (const std::size_t i : order) insert_place<SE2>(places, i, {}, change);
+    for (const std::size_t i : order) insert_place(places, i, {}, change);
     EXPECT_EQ(change.continuous.size(), kPlaces);
     HybridGraph graph;
     for (const ContinuousFactorPtr& factor : change.continuous) graph.add(factor);
