@@ -18,8 +18,7 @@ constexpr double kLeastKnown = 1;
 template <class Pose>
 std::optional<PlaceParent<Pose>> PlaceChain<Pose>::next(Key anchor) {
   std::optional<PlaceParent<Pose>> best;
-  const bool is_held = holds_(anchor);
-  if (is_held && !places_.empty()) {
+  if (holds_(anchor) && !places_.empty()) {
     for (const std::size_t i : {places_.size() - 1, nearest(anchor)}) {
       if (!places_[i]) continue;
       const auto covariance = covariance_between(*places_[i], anchor);
@@ -29,8 +28,13 @@ std::optional<PlaceParent<Pose>> PlaceChain<Pose>::next(Key anchor) {
       best = {i, *covariance};
     }
   }
-  places_.push_back(is_held ? std::optional(anchor) : std::nullopt);
+  add(anchor);
   return best;
+}
+
+template <class Pose>
+void PlaceChain<Pose>::add(Key anchor) {
+  places_.push_back(holds_(anchor) ? std::optional(anchor) : std::nullopt);
 }
 
 /// Of the places that the graph holds; else the last one.

@@ -29,7 +29,9 @@ class PlaceChain {
   PlaceChain(const Values& values, Holds holds, Covariance covariance)
       : values_(values), holds_(std::move(holds)), covariance_(std::move(covariance)) {}
 
-  /// The parent of the next place, which counts even where the graph does not hold it.
+  /// The next place, which counts even where the graph does not hold it.
+  void add(Key anchor);
+  /// The same, and its parent.
   std::optional<PlaceParent<Pose>> next(Key anchor);
 
  private:

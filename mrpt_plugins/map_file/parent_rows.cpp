@@ -8,6 +8,7 @@
 #include <cstring>
 #include <map>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -30,16 +31,17 @@ std::vector<RowName> names_of(const std::vector<Local>& all) {
   return out;
 }
 
-std::optional<PlaceParent<SE2>>& parent_of(MapLocalMap& local) {
-  return local.parent;
-}
-
-std::optional<PlaceParent<SE3>>& parent_of(MapLocalCloud& local) {
-  return local.T_map_anchor.parent;
+template <class Local>
+auto& parent_of(Local& local) {
+  if constexpr (std::is_same_v<std::remove_const_t<Local>, MapLocalMap>) {
+    return local.parent;
+  } else {
+    return local.T_map_anchor.parent;
+  }
 }
 
 template <class Local>
-void write_parents(SQLite::Database& database, std::vector<Local> all) {
+void write_parents(SQLite::Database& database, const std::vector<Local>& all) {
   SQLite::Statement row(database, "INSERT INTO place_parent VALUES (?, ?, ?, ?, ?)");
   const std::vector<RowName> names = names_of(all);
   for (std::size_t m = 0; m < all.size(); ++m) {

@@ -109,7 +109,7 @@ PlaceChain<Pose> chain_of(const Backend& backend, std::size_t known_places) {
       [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
         return backend.joint_covariance(keys, J);
       });
-  for (std::size_t i = 0; i < known_places; ++i) chain.next(place_key(i));
+  for (std::size_t i = 0; i < known_places; ++i) chain.add(place_key(i));
   return chain;
 }
 
@@ -131,8 +131,8 @@ SeenPlaces seen_places(const Plugins& plugins, const MapResult& result, const Ma
         if (scans.points.empty()) continue;
         const SE2 anchor = to_se2(anchor_at(scans.anchor));
         out.local_maps.push_back(local_map_of(scans, anchor, covariances[scans.anchor]));
-        if (!result.is_3d)
-          out.local_maps.back().parent = planar.next(Key(key_letter::kPose, scans.anchor));
+        if (result.is_3d) continue;
+        out.local_maps.back().parent = planar.next(Key(key_letter::kPose, scans.anchor));
       }
     }
     if (const auto* follower = dynamic_cast<const CloudFollower*>(plugin.get())) {
