@@ -22,7 +22,7 @@ struct ScanClosureOptions {
   double view = 4.0;          ///< distance at which places share surfaces [m]
   int most_maps = 4;          ///< local maps searched for one keyframe, at most
   double max_reach = 8.0;     ///< half the width of the window of a search, at most [m]
-  double max_turn = 0.8;      ///< and of its angle [rad]
+  double max_turn = 3.2;      ///< and of its angle: any [rad]
   MatchOptions match;
 };
 

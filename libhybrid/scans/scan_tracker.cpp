@@ -41,6 +41,9 @@ constexpr double kLostTurn = 1.6;
 /// Standard deviations of the prediction of a scan that agrees with no map [m], [rad].
 constexpr double kLostTranslation = 0.3;
 constexpr double kLostRotation = 0.15;
+/// The same of a robot that was carried: to the next room, and set down in any direction.
+constexpr double kCarriedTranslation = 10.0;
+constexpr double kCarriedRotation = 1.8;
 /// A scan of fewer points tells nothing.
 constexpr std::size_t kFewPoints = 10;
 /// So many points of a scan, evenly chosen, tell whether a local map has its view.
@@ -54,6 +57,8 @@ constexpr double kMostMotion = 100.0;
 constexpr double kMuchWorse = 2.0;
 constexpr double kRemembered = 30.0;
 constexpr double kLever = 1.0;
+/// A motion between scans that is no error of matches [m].
+constexpr double kMoves = 0.05;
 /// A keyframe is about as well known as another if no standard deviation is this many times its.
 constexpr double kWorse = 3.0;
 
@@ -258,8 +263,9 @@ KeyframeMotion ScanTracker::odometry_motion(const TrackedScan& scan) const {
     covariance *= std::max(1.0, chi_square / (kBlunder * kBlunder));
   }
   if (is_lost_) {
-    covariance.diagonal() +=
-        Eigen::Vector3d(kLostTranslation, kLostTranslation, kLostRotation).cwiseAbs2();
+    const double translation = is_carried_ ? kCarriedTranslation : kLostTranslation;
+    const double rotation = is_carried_ ? kCarriedRotation : kLostRotation;
+    covariance.diagonal() += Eigen::Vector3d(translation, translation, rotation).cwiseAbs2();
   }
   return result;
 }
@@ -297,12 +303,13 @@ void ScanTracker::measure(const ScanAlignment& found, const SE2& pose, bool good
 
 /// Notes how well odometry and a steady motion have predicted a motion.
 void ScanTracker::compare_predictions(const SE2& odometry, const SE2& motion) {
-  const auto add = [&](const SE2& predicted, double& mean) {
-    const SE2 off = predicted.between(motion);
-    mean += (off.translation().norm() + kLever * std::abs(off.angle()) - mean) / kRemembered;
+  const auto size = [](const SE2& step) {
+    return step.translation().norm() + kLever * std::abs(step.angle());
   };
-  add(odometry, odometry_error_);
-  add(last_motion_, steady_error_);
+  const double off = size(odometry.between(motion));
+  odometry_error_ += (off - odometry_error_) / kRemembered;
+  steady_error_ += (size(last_motion_.between(motion)) - steady_error_) / kRemembered;
+  if (size(motion) > kMoves) counts_ = off < 0.5 * size(motion);
 }
 
 /// Adds the motion since the last scan to that since the last keyframe; returns it as odometry
@@ -329,7 +336,8 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
     result.is_keyframe = true;
     return result;
   }
-  const std::optional<SE2> odometry = advance(stated);
+  const bool is_moved = rest_.is_moved(points, stated);
+  const std::optional<SE2> odometry = advance(is_moved ? std::nullopt : stated);
   const bool trusts = odometry && odometry_error_ <= kMuchWorse * steady_error_;
   const SE2 expected = trusts ? *odometry : last_motion_;
   const SE2 predicted = pose_ * expected;
@@ -337,9 +345,14 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   const bool is_known = in_view >= options_.min_inliers;
   const ScanAlignment found =
       is_known ? aligned(points, {predicted, prior(expected, trusts)}) : ScanAlignment();
-  const bool good = is_known && found.inliers >= options_.min_inliers;
-  const bool lost =
-      in_view >= kDoubtful && !good && points.size() >= kFewPoints && !maps_.back().is_blind;
+  // Where odometry did not count before either, the robot may drive.
+  const bool is_carried = is_moved && counts_;
+  if (is_carried) ++carried_;
+  is_carried_ = is_carried_ || is_carried;
+  // From where it was set down, it is in no local map.
+  const bool good = is_known && !is_carried_ && found.inliers >= options_.min_inliers;
+  const bool lost = is_carried || (in_view >= kDoubtful && !good && points.size() >= kFewPoints &&
+                                   !maps_.back().is_blind);
   // What no scan tells is up to odometry.
   SE2 pose = good ? found.pose : pose_ * odometry.value_or(last_motion_);
   pose.normalize();
@@ -370,7 +383,7 @@ void ScanTracker::begin_keyframe() {
   way_ = turn_ = 0.0;
   has_odometry_ = true;
   was_lost_ = is_lost_;
-  is_lost_ = false;
+  is_lost_ = is_carried_ = false;
 }
 
 }  // namespace hybrid

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/scans/rest_watch.h"
 #include "libhybrid/scans/scan_match.h"
 #include "libhybrid/scans/scan_motion.h"
 #include "libhybrid/scans/scan_points.h"
@@ -69,6 +70,7 @@ class ScanTrackerState {
  protected:
   std::shared_ptr<const SurfaceMap> surfaces_ = std::make_shared<SurfaceMap>();
   std::shared_ptr<const MatchTarget> target_;  // of the last local map, once needed
+  RestWatch rest_;
   OdometryNoise noise_;
   SE2 pose_;                       // of the last scan in the last local map
   SE2 last_motion_;                // between the last two scans
@@ -77,8 +79,10 @@ class ScanTrackerState {
   double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
   bool has_odometry_ = true;       // for every scan since the last keyframe
   bool is_lost_ = false;           // a scan since the last keyframe agreed with no map
+  bool counts_ = false;            // odometry has told most of the last motion
+  bool is_carried_ = false;        // it was carried to such a scan
   bool was_lost_ = false;          // the same at the last keyframe
-  std::size_t lost_ = 0;
+  std::size_t lost_ = 0, carried_ = 0;
   // Errors of the predictions of the last scans, decaying means [m].
   double odometry_error_ = 0.0, steady_error_ = 0.0;
 };
@@ -99,6 +103,8 @@ class ScanTracker : private ScanTrackerState {
   const std::vector<LocalMap>& local_maps() const { return maps_; }
   const OdometryNoise& odometry_noise() const { return noise_; }
   std::size_t lost() const { return lost_; }  ///< scans that agreed with no local map
+  /// Of these, those to which the robot was moved while odometry rested.
+  std::size_t carried() const { return carried_; }
   /// All points of a local map, in its frame.
   std::vector<SurfacePoint> points(const LocalMap& map) const;
 

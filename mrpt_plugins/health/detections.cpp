@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "mrpt_plugins/health/detail/run_facts.h"
 
@@ -51,6 +52,26 @@ void check_wheels(const RunFacts& facts, Health& health) {
   health.push_back(std::move(entry));
 }
 
+/// A robot that was moved while its odometry rested. Where the map agrees with itself, closures
+/// have told where it was set down.
+void check_carried(const RunFacts& facts, Health& health) {
+  const double times = facts.figure("scans_carried");
+  if (!(times > 0)) return;
+  HealthEntry entry;
+  entry.name = "robot that was carried";
+  entry.value = times;
+  entry.verdict = facts.run.agrees ? HealthVerdict::kGood : HealthVerdict::kDoubtful;
+  entry.sentence = fmt::format(
+      "{:.0f} times the odometry rests while what the laser sees changes at once: the robot was "
+      "carried, or its odometry did not count. Closures alone tell where it was set down.",
+      times);
+  if (entry.verdict == HealthVerdict::kDoubtful) {
+    entry.knob =
+        "whether the robot was carried; map what comes before and after as logs of their own";
+  }
+  health.push_back(std::move(entry));
+}
+
 }  // namespace
 
 void check_clouds(const RunFacts& facts, Health& health) {
@@ -81,6 +102,7 @@ void check_scans(const RunFacts& facts, Health& health) {
                                kAgreeWithNothingLimits, "scans agree with no local map",
                                "scans that are missing or of another place; pose and field of view "
                                "of the sensor ([sensor] fov_deg); what moves around the robot"));
+  check_carried(facts, health);
   const double odometry =
       std::max(facts.figure("odometry_translation_scale"), facts.figure("odometry_rotation_scale"));
   health.push_back(judged_entry(

@@ -260,7 +260,7 @@ std::vector<LocalScans> LaserScans::local_scans() const {
 
 std::map<std::string, double> LaserScans::statistics() const {
   double maps = 0, closures = 0, accepted = 0, lost = 0, translation = 0, rotation = 0;
-  double scans = 0, blind = 0, places = 0, places_accepted = 0;
+  double scans = 0, blind = 0, carried = 0, places = 0, places_accepted = 0;
   OdometryCalibration2 calibration(1, 1, 0);
   for (const auto& [number, robot] : robots_) {
     const ScanTracker& tracker = robot.mapper.tracker();
@@ -272,6 +272,7 @@ std::map<std::string, double> LaserScans::statistics() const {
     }
     maps += double(tracker.local_maps().size());
     lost += double(tracker.lost());
+    carried += double(tracker.carried());
     scans += double(robot.scans);
     blind += double(robot.blind);
     translation = std::max(translation, tracker.odometry_noise().translation_scale());
@@ -291,6 +292,7 @@ std::map<std::string, double> LaserScans::statistics() const {
           {"scans", scans},
           {"scans_blind", blind},
           {"scans_lost", lost},
+          {"scans_carried", carried},
           {"odometry_translation_scale", translation},
           {"odometry_rotation_scale", rotation},
           {"odometry_times_translation", calibration[0]},

@@ -188,6 +188,18 @@ TEST_F(BadScansTest, WhereOdometryDoesNotTellScansDo) {
   EXPECT_LT(error_at_end(bad), 0.5);  // of wheels that were lifted on a way of 3 m
 }
 
+TEST_F(BadScansTest, ARobotThatIsCarriedBackIsFoundAgain) {
+  ScanLog bad;
+  const std::vector<SE2> way = bad.way;
+  bad.way.resize(250);
+  for (std::size_t i = 190; i < 420; ++i) bad.way.push_back(way[i] * SE2(0, 0, 0.6));
+  bad.odometry = [](std::size_t i, const SE2& motion) { return i == 250 ? SE2() : motion; };
+  const Json summary = replayed(bad);
+  EXPECT_EQ(entry(summary, "robot that was carried").at("value"), 1);
+  EXPECT_EQ(rows_, bad.way.size());
+  EXPECT_LT(error_at_end(bad), 0.2);
+}
+
 TEST_F(BadScansTest, StepsWithoutOdometryAreAsInALogWithout) {
   ScanLog bad;
   bad.way.resize(350);

@@ -380,7 +380,8 @@ TEST_F(Pgo, OdometryInQuestionShiftsNoDecision) {
   ASSERT_EQ(ran.code, 0) << ran.text;
   EXPECT_NE(read("out/loops.csv").find("\n27,9,rejected,"), std::string::npos);
   EXPECT_NE(read("out/loops.csv").find("\n5,6,"), std::string::npos);
-  for (const auto& noise : summary("out")["noise"]) {
+  const auto result = summary("out");
+  for (const auto& noise : result["noise"]) {
     if (noise["measured"].is_null()) continue;
     EXPECT_LT(noise["measured"].get<double>(), 2.0) << noise["kind"];
   }

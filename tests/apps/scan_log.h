@@ -41,8 +41,9 @@ inline void write_scan_log(const std::string& path, const ScanLog& log) {
   std::normal_distribution<double> noise;
   for (std::size_t i = 0; i < log.way.size(); ++i) {
     if (log.has_odometry && i > 0 && !log.is_missing(i)) {
-      const SE2 motion = log.odometry(i, log.way[i - 1].between(log.way[i])) *
-                         SE2(0.005 * noise(random), 0.0, 0.003 * noise(random));
+      SE2 motion = log.odometry(i, log.way[i - 1].between(log.way[i]));
+      const SE2 error(0.005 * noise(random), 0.0, 0.003 * noise(random));
+      if (!motion.log().isZero()) motion = motion * error;  // wheels that rest count nothing
       objects.push_back(motion_2d({motion.x(), motion.y(), motion.angle()}, 0.02));
     }
     const LaserScan seen = log.plan.scan(log.way[i], 181, 0.01, random);

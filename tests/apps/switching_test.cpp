@@ -100,7 +100,8 @@ class RangesApp : public SwitchingApp {
     EXPECT_EQ(run(write("log.txt", log) + " --no-pictures --truth " + write("truth.txt", truth)), 0)
         << text;
     double largest = 0;
-    for (const auto& method : summary()["methods"]) {
+    const auto result = summary();
+    for (const auto& method : result["methods"]) {
       largest = std::max(largest, method["truth"]["mean_m"].get<double>());
     }
     return largest;

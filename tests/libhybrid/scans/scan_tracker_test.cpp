@@ -191,6 +191,29 @@ TEST(ScanTracker, AJumpToAnotherPlaceBeginsALocalMap) {
   EXPECT_GT(jumped.odometry.measured.covariance(0, 0), 0.05);
   EXPECT_EQ(follower.tracker.local_maps().back().anchor, jumped.keyframe);
   EXPECT_EQ(follower.tracker.lost(), 1u);
+  EXPECT_EQ(follower.tracker.carried(), 0u);
+}
+
+TEST(ScanTracker, ARobotThatIsCarriedIsInNoLocalMap) {
+  const testing::FloorPlan plan = testing::ring();
+  const std::vector<SE2> way = half_ring();
+  std::mt19937 random(7);
+  Follower follower;
+  const auto see = [&](const SE2& at, const SE2& odometry) {
+    return follower.track(plan.scan(at, 181, 0.01, random), odometry);
+  };
+  for (int i = 1; i < 120; ++i) see(way[i], way[i - 1].between(way[i]));
+  for (int i = 0; i < 5; ++i) see(way[119], SE2());  // it rests
+  EXPECT_EQ(follower.tracker.carried(), 0u);
+  const SE2 step(0.1, 0, 0);
+  SE2 at = way[60] * SE2(0, 0, 0.6);
+  const TrackedScan set_down = see(at, SE2());
+  EXPECT_EQ(follower.tracker.carried(), 1u);
+  EXPECT_TRUE(set_down.is_keyframe);
+  EXPECT_FALSE(set_down.match.has_value());
+  EXPECT_GT(set_down.odometry.measured.covariance(0, 0), 20);  // odometry, which is zero, is wrong
+  for (int i = 0; i < 5; ++i) see(at = at * step, step);
+  EXPECT_EQ(follower.tracker.lost(), 1u);
 }
 
 }  // namespace

@@ -287,5 +287,23 @@ TEST(RunHealth, ScansAreJudgedByWhatThePluginsCounted) {
   EXPECT_EQ(verdicts(100, 2, 30), (Verdicts{good, good, bad}));
 }
 
+TEST(RunHealth, ARobotThatWasCarriedIsToldWhereThePlacesDoNotAgree) {
+  const HybridGraph graph;
+  const Estimate estimate;
+  const MapResult result;
+  const std::map<std::string, std::size_t> none;
+  const auto said = [&](double times, bool agrees) {
+    RunToJudge run{graph, estimate, result, none, 0, {{"scans", 1000}, {"scans_carried", times}}};
+    run.agrees = agrees;
+    for (const HealthEntry& entry : run_health(run)) {
+      if (entry.name == "robot that was carried") return std::make_optional(entry.verdict);
+    }
+    return std::optional<HealthVerdict>();
+  };
+  EXPECT_EQ(said(0, false), std::nullopt);
+  EXPECT_EQ(said(1, false), HealthVerdict::kDoubtful);
+  EXPECT_EQ(said(1, true), HealthVerdict::kGood);
+}
+
 }  // namespace
 }  // namespace hybrid
